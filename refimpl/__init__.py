@@ -1,0 +1,43 @@
+"""A readable reference implementation of the collision half of a 3D game physics lecture.
+
+Proxies are immutable data (`refimpl.shapes`); `intersect`, `distance`, `collide` and `raycast` answer for every
+pair of them, alone or in batches; `table` names the algorithm of each pair; `certify` proves an answer, and
+`proof.check` verifies the proof in exact arithmetic without believing anything else here.
+"""
+
+from refimpl.pairs import table
+from refimpl.queries import collide, distance, intersect, raycast
+from refimpl.results import CollisionData, RayHit, Separation
+from refimpl.shapes import (
+    AABB,
+    Box,
+    Capsule,
+    HalfSpace,
+    Point,
+    Proxy,
+    Ray,
+    ShapeError,
+    Sphere,
+    UnsupportedOperation,
+)
+
+__all__ = [
+    "AABB",
+    "Box",
+    "Capsule",
+    "CollisionData",
+    "HalfSpace",
+    "Point",
+    "Proxy",
+    "Ray",
+    "RayHit",
+    "Separation",
+    "ShapeError",
+    "Sphere",
+    "UnsupportedOperation",
+    "collide",
+    "distance",
+    "intersect",
+    "raycast",
+    "table",
+]

@@ -1,0 +1,99 @@
+"""The table: one row per pair of types, with its algorithm and its exactness class.
+
+The lecture's "VS" table. It is literal, so that it reads as the matrix it is; a pair without a row is an error
+when this module is imported, not when somebody meets it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from typing import Any
+
+from refimpl.algorithms import boxes, halfspaces, rays, rounds
+from refimpl.linear import Bools
+from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere
+
+CLOSED = "closed form"
+FINITE = "finite"
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How one pair of types is answered.
+
+    Attributes
+    ----------
+    function
+        Signed distance with witnesses (solids and points), or time and normal of entry (rays); takes both
+        proxies in the row's order, with exactly one batch axis.
+    exactness
+        "closed form", or "finite" for a bounded number of features or axes.
+    algorithm
+        What is computed, in the field's words.
+    meets
+        A cheaper test for `intersect`, where there is one.
+    """
+
+    function: Callable[[Any, Any], Any]
+    exactness: str
+    algorithm: str
+    meets: Callable[[Any, Any], Bools] | None = None
+
+
+SOLIDS: tuple[type[Proxy], ...] = (Sphere, Capsule, HalfSpace, AABB, Box)
+PROBES: tuple[type[Proxy], ...] = (Point, Ray)
+
+# fmt: off
+TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
+    (Point, Sphere):         Rule(rounds.point_sphere, CLOSED, "distance to the centre", rounds.point_meets_sphere),
+    (Point, Capsule):        Rule(rounds.point_capsule, CLOSED, "nearest point of the axis", rounds.point_meets_capsule),
+    (Point, HalfSpace):      Rule(halfspaces.point_halfspace, CLOSED, "height above the plane"),
+    (Point, AABB):           Rule(boxes.point_aabb, CLOSED, "clamping; nearest face inside", boxes.point_meets_aabb),
+    (Point, Box):            Rule(boxes.point_box, CLOSED, "clamping in the box's frame", boxes.point_meets_box),
+    (Ray, Sphere):           Rule(rays.ray_sphere, CLOSED, "half chord at the nearest point"),
+    (Ray, Capsule):          Rule(rays.ray_capsule, CLOSED, "side and two end balls"),
+    (Ray, HalfSpace):        Rule(rays.ray_halfspace, CLOSED, "height over speed"),
+    (Ray, AABB):             Rule(rays.ray_aabb, CLOSED, "three slabs"),
+    (Ray, Box):              Rule(rays.ray_box, CLOSED, "three slabs in the box's frame"),
+    (Sphere, Sphere):        Rule(rounds.sphere_sphere, CLOSED, "distance of the centres", rounds.sphere_meets_sphere),
+    (Sphere, Capsule):       Rule(rounds.sphere_capsule, CLOSED, "nearest point of the axis", rounds.sphere_meets_capsule),
+    (Sphere, HalfSpace):     Rule(halfspaces.sphere_halfspace, CLOSED, "height of the centre"),
+    (Sphere, AABB):          Rule(boxes.sphere_aabb, CLOSED, "clamping; nearest face inside", boxes.sphere_meets_aabb),
+    (Sphere, Box):           Rule(boxes.sphere_box, CLOSED, "clamping in the box's frame", boxes.sphere_meets_box),
+    (Capsule, Capsule):      Rule(rounds.capsule_capsule, CLOSED, "closest points of two segments"),
+    (Capsule, HalfSpace):    Rule(halfspaces.capsule_halfspace, CLOSED, "height of the lower end"),
+    (Capsule, AABB):         Rule(boxes.capsule_aabb, FINITE, "segment and box: closest features, 6 axes"),
+    (Capsule, Box):          Rule(boxes.capsule_box, FINITE, "segment and box: closest features, 6 axes"),
+    (HalfSpace, HalfSpace):  Rule(halfspaces.halfspace_halfspace, CLOSED, "facing exactly, or without end"),
+    (HalfSpace, AABB):       Rule(halfspaces.halfspace_aabb, CLOSED, "height of the lowest corner"),
+    (HalfSpace, Box):        Rule(halfspaces.halfspace_box, CLOSED, "height of the lowest corner"),
+    (AABB, AABB):            Rule(boxes.aabb_aabb, CLOSED, "intervals of the three coordinates", boxes.aabb_meets_aabb),
+    (AABB, Box):             Rule(boxes.aabb_box, FINITE, "closest features, 15 separating axes", boxes.aabb_meets_box),
+    (Box, Box):              Rule(boxes.box_box, FINITE, "closest features, 15 separating axes", boxes.box_meets_box),
+}
+# fmt: on
+
+
+def required_pairs() -> list[tuple[type[Proxy], type[Proxy]]]:
+    """Every cell that the table must fill: probes against solids, and solids among themselves."""
+    probes = [(probe, solid) for probe in PROBES for solid in SOLIDS]
+    return probes + list(combinations_with_replacement(SOLIDS, 2))
+
+
+def require_complete(rows: dict[tuple[type[Proxy], type[Proxy]], Rule]) -> None:
+    """Raise LookupError for a missing row, or for one that no pair needs."""
+    missing = [pair for pair in required_pairs() if pair not in rows]
+    surplus = [pair for pair in rows if pair not in required_pairs()]
+    if missing or surplus:
+        names = ", ".join(f"({a.__name__}, {b.__name__})" for a, b in missing or surplus)
+        raise LookupError(f"the pair table {'lacks' if missing else 'has no use for'} {names}")
+
+
+require_complete(TABLE)
+
+
+def table() -> dict[tuple[type[Proxy], type[Proxy]], Rule]:
+    """Return the pair table: a row per pair of types, in the order in which its function takes them."""
+    return dict(TABLE)

@@ -1,0 +1,223 @@
+"""The door: four questions about any two proxies, in either order, alone or in batches.
+
+Here, and nowhere else, the arguments are put into the order of the pair table, batches are flattened and cut into
+pieces that fit the processor's cache, and lengths are scaled by a power of two, which is exact, so that squares
+neither overflow nor vanish.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import numpy as np
+
+from refimpl.linear import Array, Bools, as_floats, largest, power_of_two, scale
+from refimpl.pairs import TABLE, Rule
+from refimpl.results import CollisionData, RayHit, Separation, where
+from refimpl.shapes import HalfSpace, Proxy, Ray, ShapeError, UnsupportedOperation
+
+CHUNK = 1024
+
+P = TypeVar("P", bound=Proxy)
+
+
+def intersect(a: Proxy, b: Proxy) -> Bools:
+    """Whether two proxies have a point in common; touching counts.
+
+    Parameters
+    ----------
+    a, b : proxies, in either order
+        Their batch shapes broadcast against each other.
+
+    Returns
+    -------
+    (...) bool
+        The common batch shape.
+    """
+    rule, swapped = _rule(a, b, "intersect")
+    x, y = (b, a) if swapped else (a, b)
+    rows_x, rows_y, batch = _rows(x, y)
+    found = []
+    for u, v in _chunks(type(x), rows_x, type(y), rows_y):
+        u, v, _ = _normalised(u, v)
+        if isinstance(u, Ray):
+            found.append(np.isfinite(rule.function(u, v)[0]))
+        elif rule.meets is not None:
+            found.append(rule.meets(u, v))
+        else:
+            found.append(_ordered(rule, u, v).distance <= 0)
+    return np.concatenate(found).reshape(batch)[()]
+
+
+def distance(a: Proxy, b: Proxy) -> Separation:
+    """Signed distance with witness points and normal.
+
+    Parameters
+    ----------
+    a, b : solids, or a point and a solid, in either order
+        Their batch shapes broadcast against each other.
+
+    Returns
+    -------
+    Separation
+        Positive: the gap; negative: minus the length of the shortest translation of `b` after which the two
+        only touch. (a, b) and (b, a) answer the same distance to the last bit, and one row of a batch the same
+        as the pair alone.
+
+    Raises
+    ------
+    UnsupportedOperation
+        For a ray (use `raycast`), and for two points or rays.
+    """
+    rule, swapped = _rule(a, b, "distance")
+    x, y = (b, a) if swapped else (a, b)
+    if isinstance(x, Ray):
+        raise UnsupportedOperation(f"a Ray has no distance from a {type(y).__name__}: use raycast, or a Capsule of radius 0")
+    rows_x, rows_y, batch = _rows(x, y)
+    parts = []
+    for u, v in _chunks(type(x), rows_x, type(y), rows_y):
+        u, v, exponent = _normalised(u, v)
+        found = _ordered(rule, u, v)
+        lengths = (np.ldexp(found.distance, exponent), *(np.ldexp(w, exponent[:, None]) for w in (found.on_a, found.on_b)))
+        parts.append(Separation(*lengths, found.normal))
+    columns = [np.concatenate([getattr(p, n) for p in parts]) for n in ("distance", "on_a", "on_b", "normal")]
+    whole = Separation(*(c.reshape(batch + c.shape[1:])[()] for c in columns))
+    return whole.flipped() if swapped else whole
+
+
+def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any = 1.0) -> CollisionData:
+    """Collision data: hit or not, normal, depth, contact points, and the way to overlap-free positions.
+
+    Parameters
+    ----------
+    a, b : solids, or a point and a solid, in either order
+    inverse_mass_a, inverse_mass_b : (...), at least 0
+        Share out the shift; 0 is the immovable body. Not both may be 0.
+
+    Returns
+    -------
+    CollisionData
+        Moving A by `shift_a` and B by `shift_b` leaves them touching, up to rounding.
+    """
+    wa, wb = _inverse_mass("inverse_mass_a", inverse_mass_a), _inverse_mass("inverse_mass_b", inverse_mass_b)
+    if np.any((wa == 0) & (wb == 0)):
+        raise ValueError("inverse_mass_a and inverse_mass_b are both 0: two immovable bodies cannot be moved apart")
+    found = distance(a, b)
+    hit = found.distance <= 0
+    depth = np.where(hit, -found.distance, 0.0)
+    share_b = wb / (wa + wb)
+    ends = np.where(np.isfinite(depth), depth, np.nan)
+    push_a, push_b = scale(-(1.0 - share_b) * ends, found.normal), scale(share_b * ends, found.normal)
+    batch = np.shape(push_a)
+    moves = (where(np.broadcast_to(hit, batch[:-1]), push, np.zeros(batch))[()] for push in (push_a, push_b))
+    return CollisionData(hit, found.normal, depth[()], found.on_a, found.on_b, *moves)
+
+
+def raycast(ray: Ray, b: Proxy) -> RayHit:
+    """First point of a solid on a ray; both argument orders are understood.
+
+    Parameters
+    ----------
+    ray : Ray
+    b : a solid
+
+    Returns
+    -------
+    RayHit
+        A grazing ray hits. t = 0, without a normal, when the ray starts inside.
+    """
+    rule, swapped = _rule(ray, b, "raycast")
+    x, y = (b, ray) if swapped else (ray, b)
+    if not isinstance(x, Ray):
+        raise UnsupportedOperation(f"raycast needs a Ray and a solid, got {type(ray).__name__} and {type(b).__name__}")
+    rows_x, rows_y, batch = _rows(x, y)
+    times, normals = [], []
+    for u, v in _chunks(type(x), rows_x, type(y), rows_y):
+        u, v, exponent = _normalised(u, v)
+        t, normal = rule.function(u, v)
+        times.append(np.ldexp(t, exponent))
+        normals.append(normal)
+    t, normal = np.concatenate(times), np.concatenate(normals)
+    hit = np.isfinite(t)
+    origin, direction = rows_x[:, :3], rows_x[:, 3:]
+    point = np.where(hit[:, None], origin + scale(np.where(hit, t, 0.0), direction), np.nan)
+    normal = np.where((hit & (t > 0))[:, None], normal, np.nan)
+    return RayHit(*(np.asarray(c).reshape(batch + c.shape[1:])[()] for c in (hit, t, point, normal)))
+
+
+def _rule(a: Proxy, b: Proxy, query: str) -> tuple[Rule, bool]:
+    """Row of the table for these types, and whether they come in the other order."""
+    for x in (a, b):
+        if not isinstance(x, Proxy):
+            raise TypeError(f"{query} needs two proxies, got {type(x).__name__}: {x!r}")
+    pair = type(a), type(b)
+    if pair in TABLE:
+        return TABLE[pair], False
+    if pair[::-1] in TABLE:
+        return TABLE[pair[::-1]], True
+    raise UnsupportedOperation(f"{query}: {pair[0].__name__} against {pair[1].__name__} is not a cell of the pair table")
+
+
+def _rows(x: Proxy, y: Proxy) -> tuple[Array, Array, tuple[int, ...]]:
+    """Rows of numbers of both, broadcast to a common batch and flattened."""
+    try:
+        batch = np.broadcast_shapes(x.batch_shape, y.batch_shape)
+    except ValueError:
+        raise ShapeError(f"batch shapes {x.batch_shape} and {y.batch_shape} do not broadcast") from None
+    packed = (np.broadcast_to(s.pack(), (*batch, type(s).width())).reshape(-1, type(s).width()) for s in (x, y))
+    return *packed, batch  # type: ignore[return-value]
+
+
+def _chunks(kind_x: type[Proxy], rows_x: Array, kind_y: type[Proxy], rows_y: Array) -> Any:
+    for start in range(0, max(len(rows_x), 1), CHUNK):
+        part = slice(start, start + CHUNK)
+        yield kind_x._trusted(*kind_x._split(rows_x[part])), kind_y._trusted(*kind_y._split(rows_y[part]))
+
+
+def _normalised(x: P, y: Proxy) -> tuple[P, Proxy, Array]:
+    """Both scaled by 2^−e, so that their largest number is about 1; a ray's direction has its own power.
+
+    Returns the exponent by which the answer's lengths (or a ray's times) are scaled back.
+    """
+    exponent = power_of_two(np.maximum(x.magnitude, y.magnitude))
+    rows_x, rows_y = _times_power(x, -exponent), _times_power(y, -exponent)
+    if isinstance(x, Ray):
+        own = power_of_two(largest(x.direction))
+        rows_x[1] = np.ldexp(x.direction, -own[:, None])
+        exponent = exponent - own
+    return type(x)._trusted(*rows_x), type(y)._trusted(*rows_y), exponent
+
+
+def _times_power(x: Proxy, exponent: Array) -> list[Array]:
+    """Fields of `x` times 2^exponent, where they are lengths."""
+    columns = type(x)._split(x.pack())
+    lengths = len(columns) - 1 if hasattr(x, "rotation") else len(columns)
+    first = 1 if isinstance(x, HalfSpace) else 0
+    for i in range(first, lengths):
+        columns[i] = np.ldexp(columns[i], exponent[:, None] if columns[i].ndim == 2 else exponent)
+    return columns
+
+
+def _ordered(rule: Rule, x: Proxy, y: Proxy) -> Separation:
+    """Apply a rule; two proxies of one type are first put in a canonical order, so that both orders agree."""
+    if type(x) is not type(y):
+        found: Separation = rule.function(x, y)
+        return found
+    rows_x, rows_y = x.pack(), y.pack()
+    differs = rows_x != rows_y
+    first = np.argmax(differs, axis=-1)[:, None]
+    later = (np.take_along_axis(rows_x, first, axis=-1) > np.take_along_axis(rows_y, first, axis=-1))[:, 0]
+    kind = type(x)
+    u = kind._trusted(*kind._split(np.where(later[:, None], rows_y, rows_x)))
+    v = kind._trusted(*kind._split(np.where(later[:, None], rows_x, rows_y)))
+    found = rule.function(u, v)
+    back = found.flipped()
+    names = ("distance", "on_a", "on_b", "normal")
+    return Separation(*(where(later, getattr(back, n), getattr(found, n)) for n in names))
+
+
+def _inverse_mass(name: str, value: Any) -> Array:
+    mass = as_floats(value)
+    if not np.all(np.isfinite(mass) & (mass >= 0)):
+        raise ValueError(f"{name} must be finite and at least 0, got {mass.tolist()!r}")
+    return mass
