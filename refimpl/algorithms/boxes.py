@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from refimpl.algorithms.nearest import box_excess, parameter_towards_box, widest, without
+from refimpl.algorithms.nearest import best_normal, box_excess, parameter_towards_box, widest, without
 from refimpl.algorithms.rounds import grown
 from refimpl.linear import Array, Bools, apply, apply_inverse, cross, dot, norm, rotation_matrix, scale, unit_or
 from refimpl.results import Separation, where
@@ -109,7 +109,7 @@ class SegmentAndBox:
         return widest(axes, self.gap_along)
 
     def closest(self, shift: Array) -> tuple[Array, Array, Array]:
-        """Closest points of the moved segment and the box, and the direction between them, not of unit length."""
+        """Closest points of the moved segment and the box, and the direction across the segment between them."""
         start = self.start + shift
         t = parameter_towards_box(start, self.step, self.half)
         y = start + scale(t, self.step)
@@ -123,9 +123,9 @@ def segment_in_frame(pair: SegmentAndBox) -> Separation:
     """Separation of a segment and a box."""
     axis, gap = pair.widest_axis()
     push = scale(np.minimum(gap, 0.0), axis)
-    y, on_box, between = pair.closest(push)
-    direction = unit_or(between, axis)[0]
-    normal, _ = widest([axis, direction], pair.gap_along)
+    y, on_box, across = pair.closest(push)
+    directions = [axis, unit_or(across, axis)[0], unit_or(on_box - y, axis)[0]]
+    normal = best_normal(directions, pair.gap_along, on_box - y)
     apart = gap > 0
     sigma = np.where(apart, norm(on_box - y), gap)
     return Separation(sigma, y - push, on_box, where(apart, normal, axis))
@@ -202,22 +202,20 @@ class BoxPair:
         return np.stack(starts, axis=1), np.stack(steps, axis=1)
 
     def closest(self, shift: Array) -> tuple[Array, Array, Array]:
-        """Closest points when the second box is moved by `shift`, and the direction between them.
+        """Closest points when the second box is moved by `shift`, and the direction across its edge between them.
 
         Two disjoint boxes are nearest at a point of an edge of the second (its corners included), or at a
         corner of the first above a face of the second.
         """
         offset = (self.offset + shift)[:, None, :]
-        on_a, on_b, between = self._from_edges(offset)
-        on_a2, on_b2, between2 = self._from_corners(offset)
-        on_a, on_b = np.concatenate([on_a, on_a2], axis=1), np.concatenate([on_b, on_b2], axis=1)
-        between = np.concatenate([between, between2], axis=1)
+        both = zip(self._from_edges(offset), self._from_corners(offset), strict=True)
+        on_a, on_b, across = (np.concatenate(found, axis=1) for found in both)
         gaps = on_b - on_a
         best = np.argmin(dot(gaps, gaps), axis=-1)[:, None, None]
         return (
             np.take_along_axis(on_a, best, axis=1)[:, 0],
             np.take_along_axis(on_b, best, axis=1)[:, 0],
-            np.take_along_axis(between, best, axis=1)[:, 0],
+            np.take_along_axis(across, best, axis=1)[:, 0],
         )
 
     def _from_edges(self, offset: Array) -> tuple[Array, Array, Array]:
@@ -249,8 +247,9 @@ def box_box(a: Box, b: Box) -> Separation:
     pair = BoxPair.of(frame, Frame.of(b))
     axis, gap = pair.widest_axis()
     push = scale(np.maximum(-gap, 0.0), axis)
-    on_a, on_b, between = pair.closest(push)
-    normal, _ = widest([axis, unit_or(between, axis)[0]], pair.gap_along)
+    on_a, on_b, across = pair.closest(push)
+    directions = [axis, unit_or(across, axis)[0], unit_or(on_b - on_a, axis)[0]]
+    normal = best_normal(directions, pair.gap_along, on_b - on_a)
     apart = gap > 0
     sigma = np.where(apart, norm(on_b - on_a), gap)
     return frame.world_separation(Separation(sigma, on_a, on_b - push, where(apart, normal, axis)))

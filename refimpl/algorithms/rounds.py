@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from refimpl.algorithms.nearest import nearest_on_segment, point_on_segment, widest, without
+from refimpl.algorithms.nearest import best_normal, nearest_on_segment, point_on_segment, without
 from refimpl.linear import Array, Bools, cross, dot, norm, perpendicular, scale, unit_or
 from refimpl.results import Separation
 from refimpl.shapes import Capsule, Point, Sphere
@@ -45,7 +45,7 @@ def point_segment(x: Array, p: Array, q: Array) -> Separation:
     def gap_along(n: Array) -> Array:
         return np.minimum(dot(p - x, n), dot(q - x, n))
 
-    return Separation(norm(offset), x, nearest, widest(directions, gap_along)[0])
+    return Separation(norm(offset), x, nearest, best_normal(directions, gap_along, offset))
 
 
 def segment_segment(p: Array, q: Array, r: Array, s: Array) -> Separation:
@@ -72,7 +72,7 @@ def segment_segment(p: Array, q: Array, r: Array, s: Array) -> Separation:
 
 
 def _normal_of_segments(p: Array, a: Array, r: Array, b: Array, offset: Array) -> Array:
-    """Return the direction from segment p + [0,1] a to segment r + [0,1] b with the widest gap."""
+    """Return the normal from segment p + [0, 1] a to segment r + [0, 1] b, whose closest points are `offset` apart."""
     sideways = perpendicular(np.where((dot(a, a) >= dot(b, b))[..., None], a, b))
     common = unit_or(without(cross(a, b), a), sideways)[0]
     direct = unit_or(offset, sideways)[0]
@@ -82,7 +82,7 @@ def _normal_of_segments(p: Array, a: Array, r: Array, b: Array, offset: Array) -
     def gap_along(n: Array) -> Array:
         return dot(r - p, n) + np.minimum(dot(b, n), 0.0) - np.maximum(dot(a, n), 0.0)
 
-    return widest(directions, gap_along)[0]
+    return best_normal(directions, gap_along, offset)
 
 
 def point_sphere(x: Point, s: Sphere) -> Separation:

@@ -1,0 +1,183 @@
+"""What an engine's answer claims, as statements about signed distances.
+
+An answer is never compared with ours. It is taken apart into claims of one form, low ≤ σ(X, Y) ≤ high, each of
+which a certificate can prove or refute: the distance it names; that a witness lies on its shape; that moving B
+along the normal by the depth makes the two touch; that a ray is free up to its hit, and has arrived there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from oracles.engine import Answers
+from oracles.scene import BOOLEAN, CONTACTS, RAYCAST
+from refimpl import Capsule, HalfSpace, Point, Proxy, Ray, distance
+from refimpl.linear import Array, Bools, dot, norm, scale
+
+NOT_A_NUMBER = "not a number"
+MISSED, FALSE = "missed contact", "false contact"
+SHORT, LONG = "distance too small", "distance too large"
+STUCK, OVERSHOT = "normal and depth do not separate", "normal and depth move too far"
+OFF_SHAPE = "witness off its shape"
+APART, TOGETHER = "witnesses farther apart than the distance", "witnesses nearer than the distance"
+RAY_MISSED, RAY_EARLY, RAY_LATE = "ray misses a hit", "ray hits before the shape", "ray hits behind the surface"
+RAY_FALSE = "ray hits a shape that it misses"
+TILTED = "ray normal does not point outward"
+
+WRONG_BOOLEANS = (MISSED, FALSE, RAY_MISSED, RAY_FALSE)
+VALUE, WITNESS, BOOL = "value", "witness", "boolean"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """For every row where it is `made`: low ≤ σ(x, y) − margin ≤ high, up to the engine's tolerance.
+
+    Attributes
+    ----------
+    below, above
+        Symptom when the signed distance is below `low`, or above `high`.
+    margin
+        By how much the shapes are grown beyond x and y: σ of the grown shapes is σ(x, y) − margin.
+    kind
+        Which of the engine's tolerances applies: "value", "witness" or "boolean".
+    """
+
+    x: Proxy
+    y: Proxy
+    low: Array
+    high: Array
+    below: str
+    above: str
+    kind: str
+    made: Bools
+    margin: Array
+
+    def violations(self) -> tuple[Array, Array, Array]:
+        """By how much σ lies below `low` and above `high`, by the reference in floats; and its possible error."""
+        sigma = np.where(self.made, distance(self.x, self.y).distance, 0.0)
+        size = np.maximum(np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(sigma), np.abs(sigma), 0.0))
+        with np.errstate(invalid="ignore"):
+            sigma = sigma - self.margin
+            below = np.where(self.made & (sigma != self.low), self.low - sigma, -np.inf)
+            above = np.where(self.made & (sigma != self.high), sigma - self.high, -np.inf)
+        return below, above, REFERENCE_ERROR * size
+
+
+REFERENCE_ERROR = 1e-14
+"""Bound on the error of `refimpl.distance`, relative to the scene's size; held against 50 digits by the tests."""
+
+
+@dataclass(frozen=True)
+class Questioned:
+    """Rows of one cell as the judge takes them: shapes, their growth, the engine's answers."""
+
+    query: str
+    a: Proxy
+    b: Proxy
+    margin_a: Array
+    margin_b: Array
+    answers: Answers
+    answered: Bools
+    value_is_minimal: bool = True
+    """Whether the engine's contact depth claims to be the least one."""
+
+    def claims(self) -> Iterator[Claim]:
+        """Every claim the answers make, the gravest first."""
+        if self.query == RAYCAST:
+            yield from self._ray_claims()
+            return
+        yield from self._boolean_claim()
+        if self.query != BOOLEAN:
+            yield from self._value_claims()
+
+    def not_a_number(self) -> Bools:
+        """Rows in which the engine owes a number and gave none."""
+        answers, hit = self.answers, self.answers.hit == 1
+        owed = {
+            BOOLEAN: np.isnan(answers.hit),
+            RAYCAST: np.isnan(answers.hit) | (hit & ~np.isfinite(answers.t)),
+            CONTACTS: np.isnan(answers.hit) | (hit & (np.isnan(answers.distance) | np.isnan(answers.normal).any(axis=-1))),
+        }
+        return self.answered & owed.get(self.query, np.isnan(answers.distance))
+
+    def _claim(self, x: Proxy, y: Proxy, bounds: tuple[Array, Array], words: tuple[str, str], kind: str,
+               made: Bools, margin: Array) -> Claim:
+        return Claim(x, y, *bounds, *words, kind, made & self.answered, margin)
+
+    @property
+    def _nothing(self) -> Array:
+        return np.zeros(len(self.a))
+
+    def _boolean_claim(self) -> Iterator[Claim]:
+        hit = self.answers.hit
+        if self.query in (BOOLEAN, CONTACTS):
+            bounds = np.where(hit == 0, 0.0, -np.inf), np.where(hit == 1, 0.0, np.inf)
+            yield self._claim(self.a, self.b, bounds, (MISSED, FALSE), BOOL, ~np.isnan(hit), self.margin_a + self.margin_b)
+
+    def _value_claims(self) -> Iterator[Claim]:
+        answers, margin = self.answers, self.margin_a + self.margin_b
+        value = answers.distance
+        said = ~np.isnan(value)
+        if self.query == CONTACTS:
+            said &= answers.hit == 1
+        if self.query != CONTACTS or self.value_is_minimal:
+            yield self._claim(self.a, self.b, (value, value), (LONG, SHORT), VALUE, said, margin)
+        finite = said & np.isfinite(value)
+        yield from self._normal_claim(finite & np.isfinite(answers.normal).all(axis=-1), margin)
+        yield from self._witness_claims(finite)
+
+    def _normal_claim(self, made: Bools, margin: Array) -> Iterator[Claim]:
+        """Moving B back along the normal by the signed distance makes the two touch."""
+        move = np.where(made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0)
+        made = made & (np.abs(move).max(axis=-1) < 1e150)
+        moved = self.b.translated(np.where(made[:, None], move, 0.0))
+        zero = self._nothing
+        yield self._claim(self.a, moved, (zero, zero), (STUCK, OVERSHOT), VALUE, made, margin)
+
+    def _witness_claims(self, finite: Bools) -> Iterator[Claim]:
+        zero, answers = self._nothing, self.answers
+        on_a, on_b = answers.on_a, answers.on_b
+        said_a, said_b = (finite & np.isfinite(w).all(axis=-1) for w in (on_a, on_b))
+        free = np.full(len(zero), -np.inf)
+        for said, witness, shape, margin in ((said_a, on_a, self.a, self.margin_a), (said_b, on_b, self.b, self.margin_b)):
+            if isinstance(shape, Point):
+                shape = Capsule(shape.position, shape.position, zero)  # noqa: PLW2901  two points are no cell
+            point = Point(np.where(said[:, None], witness, 0.0))
+            yield self._claim(point, shape, (free, zero), ("", OFF_SHAPE), WITNESS, said, margin)
+        both = said_a & said_b
+        ball = np.where(both[:, None], on_b, 0.0)
+        reach = np.where(both, np.abs(answers.distance), 0.0)
+        yield self._claim(Point(np.where(both[:, None], on_a, 0.0)), Capsule(ball, ball, reach), (zero, zero),
+                          (TOGETHER, APART), WITNESS, both, zero)
+
+    def _ray_claims(self) -> Iterator[Claim]:
+        ray, answers, zero = self.a, self.answers, self._nothing
+        assert isinstance(ray, Ray)
+        free = np.full(len(zero), -np.inf)
+        hit, missed = answers.hit == 1, answers.hit == 0
+        margin = self.margin_b
+        reach = past(ray, self.b)
+        reach = np.where(hit & np.isfinite(answers.t), np.maximum(reach, answers.t), reach)
+        whole = Capsule(ray.origin, ray.at(reach), zero)
+        yield self._claim(whole, self.b, (zero, -free), (RAY_MISSED, ""), BOOL, missed, margin)
+        yield self._claim(whole, self.b, (free, zero), ("", RAY_FALSE), BOOL, hit, margin)
+        t = np.where(hit & np.isfinite(answers.t), np.maximum(answers.t, 0.0), 0.0)
+        point = ray.at(t)
+        hit = hit & (np.abs(point).max(axis=-1) < 1e150)
+        point = np.where(hit[:, None], point, 0.0)
+        yield self._claim(Point(point), self.b, (free, zero), ("", RAY_EARLY), VALUE, hit, margin)
+        until = Capsule(ray.origin, np.where(hit[:, None], point, ray.origin), zero)
+        yield self._claim(until, self.b, (zero, -free), (RAY_LATE, ""), VALUE, hit, margin)
+        normal = answers.normal
+        named = hit & np.isfinite(normal).all(axis=-1) & (norm(np.where(np.isfinite(normal), normal, 0.0)) > 0)
+        outward = np.where(named[:, None], normal, np.array([0.0, 0.0, 1.0]))
+        beyond = HalfSpace(-outward, dot(outward, point))
+        yield self._claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin)
+
+
+def past(ray: Ray, b: Proxy) -> Array:
+    """Time by which a ray is past anything of a bounded solid, or well past a half-space's near side."""
+    return 2.0 + (norm(b.reference_point - ray.origin) + 4.0 * b.magnitude) / norm(ray.direction)

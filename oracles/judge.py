@@ -1,0 +1,321 @@
+"""The judge: gives each answer of an engine its verdict.
+
+Bulk first: every claim of every answer is screened with the reference in floats. What passes with room to spare
+is right. What does not is brought before the exact checker, one answer at a time, and convicted only by a
+certificate. Tolerances are the engine's own, as its adapter declares them, and are applied here and nowhere else.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from oracles.claims import NOT_A_NUMBER, REFERENCE_ERROR, WRONG_BOOLEANS, Claim, Questioned
+from oracles.engine import Answers, Engine, Status
+from oracles.outcome import Kind, Severity, Verdict
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Cell, Scene
+from refimpl import Point, Proxy, Ray, distance, raycast
+from refimpl.linear import Array, Bools
+from refimpl.proof import Certificate, InvalidCertificate, certify, check
+
+Exact = Fraction | float
+
+REFUSED, OUTSIDE = "certificate refused", "reference outside its proof"
+TIMED_OUT, CRASHED, RAISED = "no answer in time", "process lost", "error raised"
+
+_KIND_OF_STATUS = {
+    Status.ERROR: Kind.CRASHED,
+    Status.CRASHED: Kind.CRASHED,
+    Status.TIMED_OUT: Kind.TIMED_OUT,
+    Status.SKIPPED: Kind.SKIPPED,
+}
+_SYMPTOM_OF_STATUS = {Status.ERROR: RAISED, Status.CRASHED: CRASHED, Status.TIMED_OUT: TIMED_OUT}
+_LOST = {
+    Status.ERROR: "the engine raised an error instead of answering",
+    Status.CRASHED: "the engine's process ended instead of answering",
+    Status.TIMED_OUT: "the engine did not answer within the time limit",
+    Status.SKIPPED: "not asked",
+}
+
+
+@dataclass(frozen=True)
+class Screening:
+    """What the floats say of one batch.
+
+    Attributes
+    ----------
+    kind : (n,) of `Kind`
+        AGREES, CONVENTION, the statuses, or WRONG for a suspect, which is yet to be proven.
+    symptom : (n,) of str
+    amount : (n,)
+        Estimated violation, for sorting and counting; a proof comes from `Judge.convict`.
+    certain : (n,) bool
+        Whether the violation exceeds what the reference itself may err by.
+    """
+
+    kind: list[Kind]
+    symptom: list[str]
+    amount: Array
+    certain: Bools
+
+
+class Judge:
+    """Judges the answers of one engine."""
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
+
+    # -- bulk ------------------------------------------------------------------------------------------------
+
+    def screen(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Screening:
+        """Give every row of a batch its verdict by floats."""
+        n = len(a)
+        answered = answers.status == Status.ANSWERED
+        kinds = [_KIND_OF_STATUS.get(Status(int(s)), Kind.AGREES) for s in answers.status]
+        symptoms = [_SYMPTOM_OF_STATUS.get(Status(int(s)), "") for s in answers.status]
+        amount, certain = np.zeros(n), np.ones(n, dtype=bool)
+        nominal = self._questioned(cell, a, b, answers, effective=False)
+        first, size_of, sure = self._first_violation(cell, nominal, self._scene_size(a, b))
+        excused = self._excused(cell, nominal, first)
+        for i in np.flatnonzero(answered & (first != "")):
+            symptoms[i], amount[i], certain[i] = first[i], size_of[i], sure[i]
+            kinds[i] = Kind.CONVENTION if excused[i] else Kind.WRONG
+        bad = nominal.not_a_number()
+        for i in np.flatnonzero(bad):
+            kinds[i], symptoms[i], amount[i], certain[i] = Kind.WRONG, NOT_A_NUMBER, math.inf, True
+        return Screening(kinds, symptoms, amount, certain)
+
+    def _questioned(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, *, effective: bool) -> Questioned:
+        zero = np.zeros(len(a))
+        margins = zero, zero
+        if effective:
+            shape = self.engine.effective(cell.query, cell.type_a, a.pack(), cell.type_b, b.pack())
+            a, b = shape.type_a.unpack(shape.rows_a), shape.type_b.unpack(shape.rows_b)
+            margins = shape.margin_a, shape.margin_b
+        minimal = self.engine.value_is_minimal(cell.query, cell.type_a, cell.type_b)
+        return Questioned(cell.query, a, b, *margins, answers, answers.status == Status.ANSWERED, minimal)
+
+    @staticmethod
+    def _scene_size(a: Proxy, b: Proxy) -> Array:
+        return np.maximum(a.magnitude, b.magnitude)
+
+    def _tolerance(self, cell: Cell, kind: str, size: Array) -> Array:
+        tolerance = self.engine.tolerance(cell.query, cell.type_a, cell.type_b)
+        return np.asarray(tolerance.allowed(kind, size))
+
+    def _first_violation(self, cell: Cell, rows: Questioned, size: Array) -> tuple[Array, Array, Bools]:
+        """Symptom and amount of the gravest violated claim of each row, and whether it is beyond doubt."""
+        symptom = np.full(len(size), "", dtype=object)
+        amount, certain = np.zeros(len(size)), np.zeros(len(size), dtype=bool)
+        for claim in rows.claims():
+            below, above, error = claim.violations()
+            allowed = self._tolerance(cell, claim.kind, size)
+            for excess, word in ((below, claim.below), (above, claim.above)):
+                new = (excess > allowed - error) & (symptom == "")
+                symptom[new], amount[new] = word, excess[new]
+                certain[new] = (excess > allowed + error)[new]
+        return symptom, amount, certain
+
+    def _excused(self, cell: Cell, nominal: Questioned, first: Array) -> Bools:
+        """Rows that are right on the shape that the engine effectively uses, or by its documented convention."""
+        excused = np.zeros(len(first), dtype=bool)
+        wrong = np.flatnonzero(first != "")
+        if not wrong.size:
+            return excused
+        a, b, answers = nominal.a[wrong], nominal.b[wrong], nominal.answers[wrong]
+        effective = self._questioned(cell, a, b, answers, effective=True)
+        symptom, _, _ = self._first_violation(cell, effective, self._scene_size(a, b))
+        excused[wrong] = symptom == ""
+        if cell.query == RAYCAST and not self.engine.hits_from_inside:
+            inside = distance(Point(a.pack()[:, :3]), b).distance
+            excused[wrong] |= inside <= self._tolerance(cell, "value", self._scene_size(a, b))
+        return excused
+
+    # -- one answer, proven ----------------------------------------------------------------------------------
+
+    def convict(self, scene: Scene, answers: Answers) -> Verdict:
+        """Verdict on the one answer in `answers`, with its proof."""
+        status = Status(int(answers.status[0]))
+        if status in _KIND_OF_STATUS:
+            return Verdict(_KIND_OF_STATUS[status], _SYMPTOM_OF_STATUS.get(status, ""), Severity.LOST, claim=_LOST[status])
+        cell = scene.cell
+        a, b = scene.a[None], scene.b[None]
+        nominal = self._questioned(cell, a, b, answers, effective=False)
+        if nominal.not_a_number()[0]:
+            said = _said(scene.query, answers)
+            return Verdict(Kind.WRONG, NOT_A_NUMBER, Severity.LOST, math.inf, claim=f"{self.engine.name} answers {said}")
+        found = self._proven_violation(cell, nominal, scene)
+        if found.kind is not Kind.WRONG:
+            return found
+        first = np.array([found.symptom], dtype=object)
+        if self._excused(cell, nominal, first)[0]:
+            return Verdict(Kind.CONVENTION, found.symptom, None, found.amount, found.lower, found.upper, found.claim)
+        return self._at_most_effective(cell, a, b, answers, scene, found)
+
+    def _at_most_effective(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, scene: Scene, found: Verdict) -> Verdict:
+        """Lessen the amount to what is also proven on the effective shape: the kinder of the two counts."""
+        effective = self._questioned(cell, a, b, answers, effective=True)
+        same = np.array_equal(effective.a.pack(), a.pack()) and np.array_equal(effective.b.pack(), b.pack())
+        if same and not (effective.margin_a[0] or effective.margin_b[0]):
+            return found
+        other = self._proven_violation(cell, effective, scene)
+        if other.kind is Kind.UNDECIDED:
+            return other
+        return found if found.amount <= other.amount else other
+
+    def _proven_violation(self, cell: Cell, rows: Questioned, scene: Scene) -> Verdict:
+        """Try every claim exactly; answer the gravest one that a certificate refutes."""
+        doubtful: Verdict | None = None
+        for claim in rows.claims():
+            if not claim.made[0]:
+                continue
+            verdict = self._try(cell, claim, scene, rows)
+            if verdict.kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
+                return verdict
+            if verdict.kind is Kind.UNDECIDED:
+                doubtful = doubtful or verdict
+        return doubtful or Verdict(Kind.AGREES)
+
+    def _try(self, cell: Cell, claim: Claim, scene: Scene, rows: Questioned) -> Verdict:
+        x, y = claim.x[0], claim.y[0]
+        proof_scene = Scene(scene.query, x, y, scene.regime, scene.source)
+        below, above, error = claim.violations()
+        allowed = Fraction(float(self._tolerance(cell, claim.kind, np.array([scene.size]))[0]))
+        if max(below[0], above[0]) < float(allowed) - error[0]:
+            return Verdict(Kind.AGREES)
+        try:
+            certificate = certify(x, y)
+            interval = check(certificate, x, y)
+        except InvalidCertificate as refused:
+            return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=proof_scene)
+        lower, upper = interval
+        sigma = float(distance(x, y).distance)
+        if not allows(lower, upper, sigma, proof_scene.size):
+            text = f"refimpl says {sigma!r}, but the proven interval is [{float(lower)!r}, {float(upper)!r}]"
+            bounds = float(lower), float(upper)
+            return Verdict(Kind.REFERENCE_WRONG, OUTSIDE, Severity.GROSS, math.inf, *bounds, text, certificate, proof_scene)
+        margin = Fraction(float(claim.margin[0]))
+        for word, bound, sign in ((claim.below, claim.low[0], -1), (claim.above, claim.high[0], 1)):
+            least, most = sorted(_excess(float(bound), sigma_bound, margin, sign) for sigma_bound in interval)
+            if most > allowed:
+                kind = Kind.WRONG if least > allowed else Kind.UNDECIDED
+                return self._verdict(kind, word, least, interval, certificate, proof_scene, rows, scene)
+        return Verdict(Kind.AGREES)
+
+    def _verdict(self, kind: Kind, word: str, amount: Fraction | float, interval: tuple[Fraction | float, Fraction | float],
+                 certificate: Certificate, proof_scene: Scene, rows: Questioned, scene: Scene) -> Verdict:
+        lower, upper = float(interval[0]), float(interval[1])
+        said = _said(scene.query, rows.answers)
+        own = proof_scene.a is rows.a or (
+            type(proof_scene.a) is type(scene.a) and type(proof_scene.b) is type(scene.b)
+            and np.array_equal(proof_scene.a.pack(), scene.a.pack()) and np.array_equal(proof_scene.b.pack(), scene.b.pack())
+        )
+        truth = f"the signed distance is proven to be {_between(lower, upper)}" if own else (
+            f"the signed distance of {type(proof_scene.a).__name__} and {type(proof_scene.b).__name__} below is proven to be "
+            f"{_between(lower, upper)}"
+        )
+        claim = f"{self.engine.name} answers {said}: {word}; {truth}, so it is wrong by at least {float(amount):.3g}."
+        severity = severity_of(word, float(amount), scene.size) if kind is Kind.WRONG else None
+        return Verdict(kind, word, severity, float(amount), lower, upper, claim, certificate, proof_scene)
+
+
+def severity_of(symptom: str, amount: float, size: float) -> Severity:
+    """How wrong: a wrong boolean is the worst, then by the amount against the scene's size."""
+    if symptom in WRONG_BOOLEANS:
+        return Severity.BOOLEAN
+    ratio = amount / size if size > 0 else math.inf
+    if ratio > 0.1:
+        return Severity.GROSS
+    return Severity.LARGE if ratio > 1e-3 else Severity.SMALL
+
+
+def decade_of(amount: float, size: float) -> int | None:
+    """Decade of an error relative to the scene's size; None where it has no amount."""
+    if not (0 < amount < math.inf and size > 0):
+        return None
+    return math.floor(math.log10(amount / size))
+
+
+def audit(a: Proxy, b: Proxy) -> Verdict:
+    """Try the reference itself on one scene: its answer must lie in its own proven interval.
+
+    The time of a ray's hit is tried by the claims that it makes in space, as an engine's would be: near grazing,
+    rounding moves the time by much more than the point from the surface.
+    """
+    query = RAYCAST if isinstance(a, Ray) else DISTANCE
+    scene = Scene(query, a, b, "audit")
+    try:
+        certificate = certify(a, b)
+        lower, upper = check(certificate, a, b)
+    except InvalidCertificate as refused:
+        return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=scene)
+    if isinstance(a, Ray):
+        value = float(raycast(a, b).t)
+        fits = _ray_claims_hold(scene)
+    else:
+        value = float(distance(a, b).distance)
+        fits = allows(lower, upper, value, scene.size)
+    if fits:
+        return Verdict(Kind.AGREES, lower=float(lower), upper=float(upper))
+    text = f"refimpl says {value!r}, but the proven interval is [{float(lower)!r}, {float(upper)!r}]"
+    bounds = float(lower), float(upper)
+    return Verdict(Kind.REFERENCE_WRONG, OUTSIDE, Severity.GROSS, math.inf, *bounds, text, certificate, scene)
+
+
+def _ray_claims_hold(scene: Scene) -> bool:
+    a, b = scene.a[None], scene.b[None]
+    rows = Questioned(RAYCAST, a, b, np.zeros(1), np.zeros(1), reference_answers(scene.cell, a, b), np.ones(1, dtype=bool))
+    for claim in rows.claims():
+        below, above, error = claim.violations()
+        if max(below[0], above[0]) > 4 * error[0]:
+            return False
+    return True
+
+
+def reference_answers(cell: Cell, a: Proxy, b: Proxy) -> Answers:
+    """Answer of the reference itself, in the form of an engine's."""
+    n = len(a)
+    answers = Answers.empty(n)
+    if cell.query == RAYCAST:
+        found = raycast(a, b)  # type: ignore[arg-type]
+        hit = found.hit.astype(float)
+        return replace(answers, hit=hit, t=found.t, normal=found.normal)
+    sep = distance(a, b)
+    hit = (sep.distance <= 0).astype(float)
+    if cell.query == BOOLEAN:
+        return replace(answers, hit=hit)
+    return replace(answers, hit=hit, distance=sep.distance, on_a=sep.on_a, on_b=sep.on_b, normal=sep.normal)
+
+
+def allows(lower: Exact, upper: Exact, value: float, size: float) -> bool:
+    """Whether `value` lies in the proven interval, but for the rounding that the reference is allowed."""
+    if math.isinf(value):
+        return value == lower == upper or (value < 0 and lower == value)
+    slack = Fraction(REFERENCE_ERROR * max(size, abs(value)))
+    return lower - slack <= Fraction(value) <= upper + slack
+
+
+def _excess(bound: float, sigma: Exact, margin: Fraction, sign: int) -> Exact:
+    """By how much σ − margin lies above (sign +1) or below (sign −1) the bound; infinities included."""
+    if math.isinf(bound) or isinstance(sigma, float):
+        difference = float(sigma) - float(margin) - bound
+        return -math.inf if math.isnan(difference) else sign * difference
+    return sign * (sigma - margin - Fraction(bound))
+
+
+def _said(query: str, answers: Answers) -> str:
+    """What the engine said, in full precision."""
+    if query == BOOLEAN:
+        return "overlap" if answers.hit[0] == 1 else "no overlap" if answers.hit[0] == 0 else "neither yes nor no"
+    if query == RAYCAST:
+        return f"a hit at t = {float(answers.t[0])!r}" if answers.hit[0] == 1 else "no hit"
+    if query == CONTACTS and answers.hit[0] == 0:
+        return "no contact"
+    return f"a signed distance of {float(answers.distance[0])!r}"
+
+
+def _between(lower: float, upper: float) -> str:
+    return f"{lower!r}" if lower == upper else f"between {lower!r} and {upper!r}"

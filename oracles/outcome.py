@@ -1,0 +1,176 @@
+"""What a campaign leaves: verdicts, buckets of findings, and the counts of everything that was asked."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from oracles.scene import Scene
+from refimpl.proof import Certificate
+
+
+class Kind(StrEnum):
+    """The judge's word on one answer."""
+
+    AGREES = "agrees"
+    CONVENTION = "convention"
+    """Right on the shape that the engine effectively uses, or by a documented convention."""
+    WRONG = "wrong"
+    CRASHED = "crashed"
+    """The engine's process ended, or the engine raised an error."""
+    TIMED_OUT = "timed out"
+    UNSUPPORTED = "unsupported"
+    UNDECIDED = "undecided"
+    """The proven interval allows both."""
+    SKIPPED = "skipped"
+    """Not asked: the engine had run out of time on too many scenes of this cell and regime."""
+    REFERENCE_WRONG = "reference wrong"
+    """A certificate of ours failed, or excludes our own answer: the run stops."""
+
+
+FINDINGS = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
+COMPARED = (Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.UNDECIDED, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
+
+
+class Severity(StrEnum):
+    """How wrong an answer is, the worst first; sizes are relative to the scene's."""
+
+    BOOLEAN = "wrong boolean"
+    LOST = "no answer"
+    GROSS = "gross (over 10 % of the scene)"
+    LARGE = "large (over 0.1 %)"
+    SMALL = "small"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The judge's word on one answer, with what proves it.
+
+    Attributes
+    ----------
+    kind, symptom, severity
+        What is wrong, in the words of `oracles.judge`; symptom is empty when nothing is.
+    amount
+        Proven: the answer is wrong by at least this much (a length; 0 when nothing is wrong).
+    lower, upper
+        Proven interval of the true value: the signed distance, or the ray's time of the hit.
+    claim
+        One sentence: what the engine said, and what is true.
+    certificate
+        Proves the interval, or what it was that the answer violates; on `proof_scene`, where that is not the
+        scene itself (a witness against its shape, a proxy moved along the engine's normal).
+    """
+
+    kind: Kind
+    symptom: str = ""
+    severity: Severity | None = None
+    amount: float = 0.0
+    lower: float = float("nan")
+    upper: float = float("nan")
+    claim: str = ""
+    certificate: Certificate | None = None
+    proof_scene: Scene | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A scene on which an engine failed, with its answer and the verdict.
+
+    Attributes
+    ----------
+    answer
+        What the engine said: field name to numbers, only what it said.
+    reference
+        What `refimpl` says, in the same form.
+    """
+
+    engine: str
+    scene: Scene
+    answer: dict[str, object]
+    reference: dict[str, object]
+    verdict: Verdict
+    text: str = ""
+    """The engine's error text or exit signal, where there is one."""
+
+
+@dataclass
+class Bucket:
+    """Findings with one cause, as far as the key can tell."""
+
+    engine: str
+    query: str
+    pair: str
+    symptom: str
+    decade: int | None
+    """Decade of the error relative to the scene's size; None for answers that are wrong without an amount."""
+    witness: Finding
+    count: int = 0
+    proven: int = 0
+    """How many of the `count` findings have been proven one by one with a certificate."""
+    worst: float = 0.0
+    regimes: Counter[str] = field(default_factory=Counter)
+    known: str | None = None
+    """Why this is expected, from the list of known faults; None when it is new."""
+    repro: str = ""
+    """A stand-alone script of the engine alone that shows the wrong answer."""
+
+    @property
+    def key(self) -> str:
+        """Readable, stable name: engine, query, pair, symptom, decade."""
+        parts = [self.engine, self.query, self.pair, self.symptom]
+        if self.decade is not None:
+            parts.append(f"1e{self.decade:+d}")
+        return " · ".join(parts)
+
+
+CountKey = tuple[str, str, str, str, Kind]
+"""engine, query, pair, regime, verdict"""
+
+
+@dataclass(frozen=True)
+class SupportNote:
+    """Whether an engine answers a cell ("native", "emulated", "unsupported"), and how or why not."""
+
+    kind: str
+    reason: str
+
+
+@dataclass
+class Run:
+    """One campaign, as the reports need it."""
+
+    seed: int
+    budget: float
+    started: str
+    """UTC, ISO 8601."""
+    seconds: float = 0.0
+    versions: dict[str, str] = field(default_factory=dict)
+    engines: list[str] = field(default_factory=list)
+    regimes: dict[str, str] = field(default_factory=dict)
+    """Name of each regime, and why it exists."""
+    counts: Counter[CountKey] = field(default_factory=Counter)
+    support: dict[tuple[str, str, str], SupportNote] = field(default_factory=dict)
+    """(engine, query, pair) to note, for every cell."""
+    buckets: list[Bucket] = field(default_factory=list)
+    """Worst severity first."""
+    timing: dict[str, float] = field(default_factory=dict)
+    """Seconds spent on scenes, each engine, reference, judge, proofs, shrinking."""
+    interrupted: bool = False
+    problems: list[str] = field(default_factory=list)
+    """Sentences on whatever makes this run incomplete: supported cells with nothing compared, lost workers."""
+
+    def total(self, *, engine: str | None = None, query: str | None = None, pair: str | None = None,
+              regime: str | None = None, kinds: tuple[Kind, ...] | None = None) -> int:
+        """Sum of the counts that fit; None fits all."""
+        wanted = (engine, query, pair, regime)
+        return sum(
+            n
+            for key, n in self.counts.items()
+            if all(w is None or w == k for w, k in zip(wanted, key[:4], strict=True)) and (kinds is None or key[4] in kinds)
+        )
+
+    @property
+    def reference_wrong(self) -> bool:
+        """Whether a proof spoke against `refimpl` itself."""
+        return any(b.witness.verdict.kind is Kind.REFERENCE_WRONG for b in self.buckets)

@@ -1,0 +1,108 @@
+"""A scene: two proxies and a query, with a name that says where it came from."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import refimpl
+from refimpl.pairs import TABLE
+from refimpl.shapes import Proxy, Ray
+
+DISTANCE, CONTACTS, BOOLEAN, RAYCAST = "distance", "contacts", "boolean", "raycast"
+QUERIES = (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)
+
+TYPES: dict[str, type[Proxy]] = {kind.__name__: kind for pair in TABLE for kind in pair}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell of the campaign: a query on a pair of types, in the order of the pair table."""
+
+    query: str
+    type_a: type[Proxy]
+    type_b: type[Proxy]
+
+    @property
+    def pair(self) -> str:
+        """Readable name of the pair, such as ``Sphere–Box``."""
+        return f"{self.type_a.__name__}–{self.type_b.__name__}"
+
+
+def cells() -> list[Cell]:
+    """Every cell: rays are cast, all other pairs answer distance, contacts and the boolean."""
+    found = []
+    for type_a, type_b in TABLE:
+        queries = (RAYCAST,) if type_a is Ray else (DISTANCE, CONTACTS, BOOLEAN)
+        found += [Cell(query, type_a, type_b) for query in queries]
+    return found
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Two single proxies and a query.
+
+    Attributes
+    ----------
+    source
+        Where the scene came from: regime, and (seed, shard, index) or the hunter's name.
+    """
+
+    query: str
+    a: Proxy
+    b: Proxy
+    regime: str
+    source: str = ""
+
+    @property
+    def id(self) -> str:
+        """Hash of the content: the query, the types and every bit of their numbers."""
+        digest = hashlib.sha256(f"{self.query} {type(self.a).__name__} {type(self.b).__name__}".encode())
+        for shape in (self.a, self.b):
+            digest.update(np.ascontiguousarray(shape.pack() + 0.0, dtype="<f8").tobytes())
+        return digest.hexdigest()[:12]
+
+    @property
+    def cell(self) -> Cell:
+        """The cell to which it belongs."""
+        return Cell(self.query, type(self.a), type(self.b))
+
+    @property
+    def size(self) -> float:
+        """Largest absolute coordinate or extent in the scene."""
+        return float(max(self.a.magnitude, self.b.magnitude))
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data from which `from_json` rebuilds the scene to the bit."""
+        shapes = [{"type": type(s).__name__, "numbers": s.pack().tolist()} for s in (self.a, self.b)]
+        return {"query": self.query, "a": shapes[0], "b": shapes[1], "regime": self.regime, "source": self.source}
+
+    @classmethod
+    def from_json(cls, data: Any) -> Scene:
+        """Rebuild a scene; raises `ValueError` for data that is none."""
+        try:
+            query, regime, source = (str(data[k])[:200] for k in ("query", "regime", "source"))
+            a, b = (_shape_from_json(data[k]) for k in ("a", "b"))
+        except (KeyError, TypeError) as error:
+            raise ValueError(f"not a scene: {error}") from None
+        if query not in QUERIES:
+            raise ValueError(f"not a scene: unknown query {query!r}; known are {', '.join(QUERIES)}")
+        return cls(query, a, b, regime, source)
+
+
+def _shape_from_json(data: Any) -> Proxy:
+    kind = TYPES.get(data["type"])
+    if kind is None:
+        raise ValueError(f"not a scene: unknown type {data['type']!r}; known are {', '.join(TYPES)}")
+    numbers = data["numbers"]
+    if not isinstance(numbers, list) or len(numbers) != kind.width():
+        raise ValueError(f"not a scene: a {kind.__name__} has {kind.width()} numbers")
+    return kind.unpack(np.array([float(x) for x in numbers]))
+
+
+def readable(shape: Proxy) -> str:
+    """Constructor call that rebuilds the proxy, in full precision."""
+    return refimpl.Proxy.__repr__(shape)

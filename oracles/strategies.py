@@ -1,0 +1,19 @@
+"""Hypothesis strategies over the same regimes as the bulk hunter's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hypothesis import strategies as st
+
+from oracles.draws import HypothesisDraws
+from oracles.regimes import REGIMES
+from oracles.scene import Cell, Scene
+
+
+@st.composite
+def scenes(draw: st.DrawFn, cell: Cell, regimes: Sequence[str] | None = None) -> Scene:
+    """Scenes of a cell, in any of the regimes (by default all); shrinks to the first regime and simple numbers."""
+    name = draw(st.sampled_from(list(regimes or REGIMES)))
+    a, b = REGIMES[name](HypothesisDraws(draw), cell.type_a, cell.type_b)
+    return Scene(cell.query, a[0], b[0], name, "hypothesis")
