@@ -8,13 +8,15 @@ certificate. Tolerances are the engine's own, as its adapter declares them, and 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Container
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from oracles.claims import NOT_A_NUMBER, REFERENCE_ERROR, WRONG_BOOLEANS, Claim, Questioned
-from oracles.engine import Answers, Engine, Status
+from oracles.answers import reference_answers, take
+from oracles.engine import Answers, Bound, Convention, Engine, Status
 from oracles.outcome import Kind, Severity, Verdict
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Cell, Scene
 from refimpl import Point, Proxy, Ray, distance, raycast
@@ -23,22 +25,26 @@ from refimpl.proof import Certificate, InvalidCertificate, certify, check
 
 Exact = Fraction | float
 
+TINY = np.finfo(float).tiny
 REFUSED, OUTSIDE = "certificate refused", "reference outside its proof"
+INSIDE_CONVENTIONS = {Convention.NO_HIT_FROM_INSIDE, Convention.TWO_SIDED_PLANE}
 TIMED_OUT, CRASHED, RAISED = "no answer in time", "process lost", "error raised"
 
-_KIND_OF_STATUS = {
-    Status.ERROR: Kind.CRASHED,
-    Status.CRASHED: Kind.CRASHED,
-    Status.TIMED_OUT: Kind.TIMED_OUT,
-    Status.SKIPPED: Kind.SKIPPED,
-}
-_SYMPTOM_OF_STATUS = {Status.ERROR: RAISED, Status.CRASHED: CRASHED, Status.TIMED_OUT: TIMED_OUT}
 _LOST = {
-    Status.ERROR: "the engine raised an error instead of answering",
-    Status.CRASHED: "the engine's process ended instead of answering",
-    Status.TIMED_OUT: "the engine did not answer within the time limit",
-    Status.SKIPPED: "not asked",
+    Status.ANSWERED: (Kind.AGREES, ""),
+    Status.ERROR: (Kind.CRASHED, RAISED),
+    Status.CRASHED: (Kind.CRASHED, CRASHED),
+    Status.TIMED_OUT: (Kind.TIMED_OUT, TIMED_OUT),
+    Status.SKIPPED: (Kind.SKIPPED, ""),
 }
+
+
+def _lost(answers: Answers, i: int) -> tuple[Kind, str]:
+    """Verdict on a scene without an answer; `Kind.AGREES` where there is one to be judged."""
+    kind, symptom = _LOST[Status(int(answers.status[i]))]
+    if symptom == RAISED and answers.errors.get(i, "").startswith("answered "):
+        return Kind.WRONG, NOT_A_NUMBER
+    return kind, symptom
 
 
 @dataclass(frozen=True)
@@ -54,12 +60,25 @@ class Screening:
         Estimated violation, for sorting and counting; a proof comes from `Judge.convict`.
     certain : (n,) bool
         Whether the violation exceeds what the reference itself may err by.
+    pressure : (n,)
+        Largest error of any claim relative to the tolerance for it: what steers the adversarial hunter.
     """
 
     kind: list[Kind]
     symptom: list[str]
     amount: Array
     certain: Bools
+    pressure: Array
+
+
+@dataclass(frozen=True)
+class _Violations:
+    """Symptom ("" for none), amount, whether it is beyond doubt, and the pressure, of each row."""
+
+    symptom: Array
+    amount: Array
+    certain: Bools
+    pressure: Array
 
 
 class Judge:
@@ -74,29 +93,31 @@ class Judge:
         """Give every row of a batch its verdict by floats."""
         n = len(a)
         answered = answers.status == Status.ANSWERED
-        kinds = [_KIND_OF_STATUS.get(Status(int(s)), Kind.AGREES) for s in answers.status]
-        symptoms = [_SYMPTOM_OF_STATUS.get(Status(int(s)), "") for s in answers.status]
+        lost = [_lost(answers, i) for i in range(n)]
+        kinds, symptoms = [kind for kind, _ in lost], [symptom for _, symptom in lost]
         amount, certain = np.zeros(n), np.ones(n, dtype=bool)
         nominal = self._questioned(cell, a, b, answers, effective=False)
-        first, size_of, sure = self._first_violation(cell, nominal, self._scene_size(a, b))
-        excused = self._excused(cell, nominal, first)
-        for i in np.flatnonzero(answered & (first != "")):
-            symptoms[i], amount[i], certain[i] = first[i], size_of[i], sure[i]
+        found = self._violations(cell, nominal, self._scene_size(a, b))
+        excused = self._excused(cell, nominal, found.symptom)
+        for i in np.flatnonzero(answered & (found.symptom != "")):
+            symptoms[i], amount[i], certain[i] = found.symptom[i], found.amount[i], found.certain[i]
             kinds[i] = Kind.CONVENTION if excused[i] else Kind.WRONG
         bad = nominal.not_a_number()
         for i in np.flatnonzero(bad):
             kinds[i], symptoms[i], amount[i], certain[i] = Kind.WRONG, NOT_A_NUMBER, math.inf, True
-        return Screening(kinds, symptoms, amount, certain)
+        return Screening(kinds, symptoms, amount, certain, found.pressure)
 
     def _questioned(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, *, effective: bool) -> Questioned:
-        zero = np.zeros(len(a))
-        margins = zero, zero
+        margins = np.zeros(len(a)), np.zeros(len(a))
         if effective:
-            shape = self.engine.effective(cell.query, cell.type_a, a.pack(), cell.type_b, b.pack())
-            a, b = shape.type_a.unpack(shape.rows_a), shape.type_b.unpack(shape.rows_b)
-            margins = shape.margin_a, shape.margin_b
-        minimal = self.engine.value_is_minimal(cell.query, cell.type_a, cell.type_b)
-        return Questioned(cell.query, a, b, *margins, answers, answers.status == Status.ANSWERED, minimal)
+            used = self.engine.effective(cell.query, cell.type_a, a.pack(), cell.type_b, b.pack())
+            a, b = (shape.kind.unpack(shape.rows) for shape in used)
+            margins = used[0].margin, used[1].margin
+        least = Convention.DEPTH_OF_ITS_NORMAL not in self._conventions(cell)
+        return Questioned(cell.query, a, b, *margins, answers, answers.status == Status.ANSWERED, least)
+
+    def _conventions(self, cell: Cell) -> Container[Convention]:
+        return self.engine.conventions(cell.query, cell.type_a, cell.type_b)
 
     @staticmethod
     def _scene_size(a: Proxy, b: Proxy) -> Array:
@@ -104,20 +125,22 @@ class Judge:
 
     def _tolerance(self, cell: Cell, kind: str, size: Array) -> Array:
         tolerance = self.engine.tolerance(cell.query, cell.type_a, cell.type_b)
-        return np.asarray(tolerance.allowed(kind, size))
+        bound: Bound = getattr(tolerance, kind)
+        return bound.at(size)
 
-    def _first_violation(self, cell: Cell, rows: Questioned, size: Array) -> tuple[Array, Array, Bools]:
-        """Symptom and amount of the gravest violated claim of each row, and whether it is beyond doubt."""
-        symptom = np.full(len(size), "", dtype=object)
-        amount, certain = np.zeros(len(size)), np.zeros(len(size), dtype=bool)
+    def _violations(self, cell: Cell, rows: Questioned, size: Array) -> _Violations:
+        """The gravest violated claim of each row."""
+        n = len(size)
+        found = _Violations(np.full(n, "", dtype=object), np.zeros(n), np.zeros(n, dtype=bool), np.zeros(n))
         for claim in rows.claims():
             below, above, error = claim.violations()
             allowed = self._tolerance(cell, claim.kind, size)
             for excess, word in ((below, claim.below), (above, claim.above)):
-                new = (excess > allowed - error) & (symptom == "")
-                symptom[new], amount[new] = word, excess[new]
-                certain[new] = (excess > allowed + error)[new]
-        return symptom, amount, certain
+                new = (excess > allowed - error) & (found.symptom == "")
+                found.symptom[new], found.amount[new] = word, excess[new]
+                found.certain[new] = (excess > allowed + error)[new]
+                np.maximum(found.pressure, excess / np.maximum(allowed, error + TINY), out=found.pressure)
+        return found
 
     def _excused(self, cell: Cell, nominal: Questioned, first: Array) -> Bools:
         """Rows that are right on the shape that the engine effectively uses, or by its documented convention."""
@@ -125,11 +148,10 @@ class Judge:
         wrong = np.flatnonzero(first != "")
         if not wrong.size:
             return excused
-        a, b, answers = nominal.a[wrong], nominal.b[wrong], nominal.answers[wrong]
+        a, b, answers = nominal.a[wrong], nominal.b[wrong], take(nominal.answers, wrong)
         effective = self._questioned(cell, a, b, answers, effective=True)
-        symptom, _, _ = self._first_violation(cell, effective, self._scene_size(a, b))
-        excused[wrong] = symptom == ""
-        if cell.query == RAYCAST and not self.engine.hits_from_inside:
+        excused[wrong] = self._violations(cell, effective, self._scene_size(a, b)).symptom == ""
+        if INSIDE_CONVENTIONS & set(self._conventions(cell)):
             inside = distance(Point(a.pack()[:, :3]), b).distance
             excused[wrong] |= inside <= self._tolerance(cell, "value", self._scene_size(a, b))
         return excused
@@ -138,9 +160,10 @@ class Judge:
 
     def convict(self, scene: Scene, answers: Answers) -> Verdict:
         """Verdict on the one answer in `answers`, with its proof."""
-        status = Status(int(answers.status[0]))
-        if status in _KIND_OF_STATUS:
-            return Verdict(_KIND_OF_STATUS[status], _SYMPTOM_OF_STATUS.get(status, ""), Severity.LOST, claim=_LOST[status])
+        kind, symptom = _lost(answers, 0)
+        if kind is not Kind.AGREES:
+            claim = f"{self.engine.name}: {symptom} ({answers.errors.get(0, 'no more is known')})."
+            return Verdict(kind, symptom, Severity.LOST, claim=claim)
         cell = scene.cell
         a, b = scene.a[None], scene.b[None]
         nominal = self._questioned(cell, a, b, answers, effective=False)
@@ -267,27 +290,12 @@ def audit(a: Proxy, b: Proxy) -> Verdict:
 
 def _ray_claims_hold(scene: Scene) -> bool:
     a, b = scene.a[None], scene.b[None]
-    rows = Questioned(RAYCAST, a, b, np.zeros(1), np.zeros(1), reference_answers(scene.cell, a, b), np.ones(1, dtype=bool))
+    rows = Questioned(RAYCAST, a, b, np.zeros(1), np.zeros(1), reference_answers(RAYCAST, a, b), np.ones(1, dtype=bool))
     for claim in rows.claims():
         below, above, error = claim.violations()
         if max(below[0], above[0]) > 4 * error[0]:
             return False
     return True
-
-
-def reference_answers(cell: Cell, a: Proxy, b: Proxy) -> Answers:
-    """Answer of the reference itself, in the form of an engine's."""
-    n = len(a)
-    answers = Answers.empty(n)
-    if cell.query == RAYCAST:
-        found = raycast(a, b)  # type: ignore[arg-type]
-        hit = found.hit.astype(float)
-        return replace(answers, hit=hit, t=found.t, normal=found.normal)
-    sep = distance(a, b)
-    hit = (sep.distance <= 0).astype(float)
-    if cell.query == BOOLEAN:
-        return replace(answers, hit=hit)
-    return replace(answers, hit=hit, distance=sep.distance, on_a=sep.on_a, on_b=sep.on_b, normal=sep.normal)
 
 
 def allows(lower: Exact, upper: Exact, value: float, size: float) -> bool:

@@ -43,7 +43,7 @@ def intersect(a: Proxy, b: Proxy) -> Bools:
         if isinstance(u, Ray):
             found.append(np.isfinite(rule.function(u, v)[0]))
         elif rule.meets is not None:
-            found.append(rule.meets(u, v))
+            found.append(rule.meets(*(_canonical(u, v)[:2] if type(u) is type(v) else (u, v))))
         else:
             found.append(_ordered(rule, u, v).distance <= 0)
     return np.concatenate(found).reshape(batch)[()]
@@ -198,18 +198,23 @@ def _times_power(x: Proxy, exponent: Array) -> list[Array]:
     return columns
 
 
+def _canonical(x: P, y: P) -> tuple[P, P, Bools]:
+    """Two proxies of one type in the order of their numbers, and whether that is the other order."""
+    rows_x, rows_y = x.pack(), y.pack()
+    first = np.argmax(rows_x != rows_y, axis=-1)[:, None]
+    later = (np.take_along_axis(rows_x, first, axis=-1) > np.take_along_axis(rows_y, first, axis=-1))[:, 0]
+    kind = type(x)
+    u = kind._trusted(*kind._split(np.where(later[:, None], rows_y, rows_x)))
+    v = kind._trusted(*kind._split(np.where(later[:, None], rows_x, rows_y)))
+    return u, v, later
+
+
 def _ordered(rule: Rule, x: Proxy, y: Proxy) -> Separation:
     """Apply a rule; two proxies of one type are first put in a canonical order, so that both orders agree."""
     if type(x) is not type(y):
         found: Separation = rule.function(x, y)
         return found
-    rows_x, rows_y = x.pack(), y.pack()
-    differs = rows_x != rows_y
-    first = np.argmax(differs, axis=-1)[:, None]
-    later = (np.take_along_axis(rows_x, first, axis=-1) > np.take_along_axis(rows_y, first, axis=-1))[:, 0]
-    kind = type(x)
-    u = kind._trusted(*kind._split(np.where(later[:, None], rows_y, rows_x)))
-    v = kind._trusted(*kind._split(np.where(later[:, None], rows_x, rows_y)))
+    u, v, later = _canonical(x, y)
     found = rule.function(u, v)
     back = found.flipped()
     names = ("distance", "on_a", "on_b", "normal")

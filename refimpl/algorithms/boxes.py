@@ -7,7 +7,7 @@ overlap, so that its witness points, too, are closest features.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -69,7 +69,8 @@ def point_in_frame(y: Array, half: Array) -> Separation:
 def point_box(x: Point, b: Box) -> Separation:
     """Signed distance of a point from a box; inside, to the nearest face. Closed form."""
     frame = Frame.of(b)
-    return frame.world_separation(point_in_frame(frame.local(x.position), frame.half))
+    found = frame.world_separation(point_in_frame(frame.local(x.position), frame.half))
+    return replace(found, on_a=x.position)
 
 
 def point_aabb(x: Point, b: AABB) -> Separation:

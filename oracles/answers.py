@@ -1,0 +1,43 @@
+"""Handling of engine answers: picking rows, saying what was said, and the reference's own answers in that form."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from oracles.engine import COLUMNS, WIDTH, Answers, Status
+from oracles.scene import BOOLEAN, RAYCAST
+from refimpl import Proxy, distance, raycast
+
+
+def take(answers: Answers, rows: Any) -> Answers:
+    """Answers of the given rows, in their order."""
+    rows = np.asarray(rows)
+    columns = {name: getattr(answers, name)[rows] for name in COLUMNS}
+    errors = {new: answers.errors[int(old)] for new, old in enumerate(rows) if int(old) in answers.errors}
+    return Answers(status=answers.status[rows], **columns, errors=errors)
+
+
+def said(answers: Answers, row: int) -> dict[str, object]:
+    """Only what the engine said about one scene, by name, in full precision."""
+    if answers.status[row] != Status.ANSWERED:
+        return {}
+    found = {name: getattr(answers, name)[row].tolist() for name in COLUMNS}
+    return {name: value for name, value in found.items() if not np.isnan(value).all()}
+
+
+def reference_answers(query: str, a: Proxy, b: Proxy) -> Answers:
+    """Answer as the reference does, for shapes with one batch axis."""
+    table = np.full((len(a), WIDTH), np.nan)
+    if query == RAYCAST:
+        found = raycast(a, b)  # type: ignore[arg-type]
+        columns = {"hit": found.hit, "t": found.t, "normal": found.normal, "point": found.point}
+    else:
+        sep = distance(a, b)
+        columns = {"hit": sep.distance <= 0}
+        if query != BOOLEAN:
+            columns |= {"distance": sep.distance, "on_a": sep.on_a, "on_b": sep.on_b, "normal": sep.normal}
+    for name, values in columns.items():
+        table[:, COLUMNS[name]] = np.reshape(values, (len(a), -1))
+    return Answers.from_table(np.zeros(len(a), dtype=np.int8), table, {})

@@ -1,0 +1,327 @@
+"""The campaign: scenes to engines, answers to the judge, findings to buckets, until the time is used.
+
+The first pass puts scenes of every regime before every cell of every engine; then larger passes of the bulk
+hunter take turns with Hypothesis. The reference itself is audited all along, and a failed audit ends the run.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Protocol
+
+import numpy as np
+
+from oracles.buckets import Buckets
+from oracles.draws import NumpyDraws
+from oracles.answers import reference_answers, said, take
+from oracles.engine import Answers, Engine, SupportKind
+from oracles.engines import load_engine
+from oracles.hunt import hunt
+from oracles.judge import Judge, audit, decade_of
+from oracles.known import KnownFaults
+from oracles.outcome import Finding, Kind, Run, SupportNote, Verdict
+from oracles.regimes import REGIMES, reasons
+from oracles.scene import Cell, Scene, cells
+from oracles.worker import EngineWorker
+from refimpl.linear import Array
+from refimpl.shapes import Proxy
+
+FIRST_PASS, LARGEST_PASS = 6, 200
+GIVE_UP_AFTER = 2
+HUNT_SHARE = 0.35
+LOOK_AHEAD = 3
+
+PairKey = tuple[type[Proxy], type[Proxy]]
+
+
+class Listener(Protocol):
+    """Told how the campaign goes on."""
+
+    def started(self, engines: Sequence[str], cells: int) -> None:
+        """Tell once the engines answer."""
+
+    def advanced(self, run: Run, elapsed: float) -> None:
+        """Tell after each batch; `run` holds the counts and buckets so far."""
+
+
+class ReferenceFailed(Exception):
+    """A proof spoke against the reference; the run stops."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Scenes of one pair of types in all regimes."""
+
+    a: Proxy
+    b: Proxy
+    regimes: list[str]
+    groups: Array
+    source: str
+
+    @classmethod
+    def draw(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> Batch:
+        """`each` scenes of every regime: a pure function of the seed, the shard and the number."""
+        rows_a, rows_b, names = [], [], []
+        for index, (name, make) in enumerate(REGIMES.items()):
+            a, b = make(NumpyDraws(seed, (*shard, index), each), *pair)
+            rows_a.append(a.pack())
+            rows_b.append(b.pack())
+            names += [name] * each
+        groups = np.repeat(np.arange(len(REGIMES)), each)
+        a, b = pair[0].unpack(np.concatenate(rows_a)), pair[1].unpack(np.concatenate(rows_b))
+        return cls(a, b, names, groups, f"bulk {seed}/{'/'.join(map(str, shard))}")
+
+    def scene(self, query: str, i: int) -> Scene:
+        """One scene of the batch."""
+        return Scene(query, self.a[i], self.b[i], self.regimes[i], f"{self.source}[{i}]")
+
+
+@dataclass
+class Campaign:
+    """A campaign on the way."""
+
+    engines: dict[str, Engine]
+    workers: dict[str, EngineWorker]
+    run: Run
+    pairs: list[PairKey]
+    listener: Listener | None
+    known: KnownFaults
+    buckets: Buckets = field(init=False)
+    judges: dict[str, Judge] = field(init=False)
+    start: float = field(default_factory=time.monotonic)
+
+    def __post_init__(self) -> None:
+        self.buckets = Buckets(self.known)
+        self.judges = {name: Judge(engine) for name, engine in self.engines.items()}
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the start."""
+        return time.monotonic() - self.start
+
+    @contextmanager
+    def timed(self, what: str) -> Iterator[None]:
+        """Add the block's time to the split."""
+        begin = time.monotonic()
+        try:
+            yield
+        finally:
+            self.run.timing[what] = self.run.timing.get(what, 0.0) + time.monotonic() - begin
+
+    def supported(self, engine: str, cell: Cell) -> bool:
+        """Whether the engine answers this cell."""
+        return self.engines[engine].support(cell.query, cell.type_a, cell.type_b).kind is not SupportKind.UNSUPPORTED
+
+    def cells_of(self, pair: PairKey) -> list[Cell]:
+        """Cells of one pair."""
+        return [cell for cell in cells() if (cell.type_a, cell.type_b) == pair]
+
+    # -- the way through -------------------------------------------------------------------------------------
+
+    def go(self) -> None:
+        """Bulk passes and hunts in turn, until the budget is used; the first pass is always finished."""
+        each, number = FIRST_PASS, 0
+        self.bulk_pass(number, each)
+        while self.elapsed < self.run.budget:
+            before = self.elapsed
+            until = min(self.run.budget, before + max(1.0, HUNT_SHARE * (self.run.budget - before)))
+            self.hunting(number, until)
+            number, each = number + 1, min(2 * each, LARGEST_PASS)
+            self.bulk_pass(number, each, until=self.run.budget)
+
+    def bulk_pass(self, number: int, each: int, until: float = float("inf")) -> None:
+        """One batch of every pair to every engine; engines answer ahead while the judge works."""
+        waiting: deque[tuple[Batch, list[tuple[str, Cell, Future[Answers]]]]] = deque()
+        with ExitStack() as stack:
+            pools = {name: stack.enter_context(ThreadPoolExecutor(1)) for name in self.engines}
+            try:
+                for index in np.random.default_rng([self.run.seed, number]).permutation(len(self.pairs)):
+                    if self.elapsed > until:
+                        break
+                    waiting.append(self._ask(self.pairs[index], (number, int(index)), each, pools))
+                    if len(waiting) > LOOK_AHEAD:
+                        self._judge(*waiting.popleft())
+                while waiting:
+                    self._judge(*waiting.popleft())
+            except BaseException:
+                for _, jobs in waiting:
+                    for _, _, future in jobs:
+                        future.cancel()
+                for worker in self.workers.values():
+                    worker.interrupt()
+                raise
+
+    def _ask(self, pair: PairKey, shard: tuple[int, int], each: int, pools: dict[str, ThreadPoolExecutor],
+             ) -> tuple[Batch, list[tuple[str, Cell, Future[Answers]]]]:
+        with self.timed("scenes"):
+            batch = Batch.draw(pair, self.run.seed, shard, each)
+        jobs = []
+        for cell in self.cells_of(pair):
+            for name in self.engines:
+                if self.supported(name, cell):
+                    jobs.append((name, cell, pools[name].submit(self._answers, name, cell, batch)))
+                else:
+                    for regime in REGIMES:
+                        self.run.counts[name, cell.query, cell.pair, regime, Kind.UNSUPPORTED] += each
+        return batch, jobs
+
+    def _answers(self, name: str, cell: Cell, batch: Batch) -> Answers:
+        with self.timed(f"engine {name}"):
+            rows = batch.a.pack(), batch.b.pack()
+            worker = self.workers[name]
+            return worker.answer(cell.query, cell.type_a, cell.type_b, *rows, groups=batch.groups, give_up_after=GIVE_UP_AFTER)
+
+    def _judge(self, batch: Batch, jobs: list[tuple[str, Cell, Future[Answers]]]) -> None:
+        self._audit(batch)
+        for name, cell, future in jobs:
+            answers = future.result()
+            with self.timed("judge"):
+                screening = self.judges[name].screen(cell, batch.a, batch.b, answers)
+            for i, kind in enumerate(screening.kind):
+                if kind in (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT):
+                    decade = decade_of(float(screening.amount[i]), batch.scene(cell.query, i).size)
+                    estimate = screening.symptom[i], decade, float(screening.amount[i]), bool(screening.certain[i])
+                    kind = self._weigh(name, cell, batch, i, answers, kind, estimate)  # noqa: PLW2901
+                self.run.counts[name, cell.query, cell.pair, batch.regimes[i], kind] += 1
+            self._tell()
+
+    def _weigh(self, name: str, cell: Cell, batch: Batch, i: int, answers: Answers, kind: Kind,
+               estimate: tuple[str, int | None, float, bool]) -> Kind:
+        """Prove a suspect answer, or count it to the proven ones of its bucket."""
+        symptom, decade, amount, certain = estimate
+        regime = batch.regimes[i]
+        proof_wanted = self.buckets.wants_proof(name, cell.query, cell.pair, symptom, decade, regime)
+        if kind is Kind.WRONG and not proof_wanted:
+            if certain:
+                self.buckets.add_counted(name, cell.query, cell.pair, symptom, decade, regime, amount)
+            return Kind.WRONG if certain else Kind.UNDECIDED
+        scene = batch.scene(cell.query, i)
+        with self.timed("proofs"):
+            verdict = self.judges[name].convict(scene, take(answers, [i]))
+        if verdict.kind in (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG):
+            self.file(name, scene, take(answers, [i]), verdict)
+        return verdict.kind
+
+    def file(self, name: str, scene: Scene, answers: Answers, verdict: Verdict) -> None:
+        """File a proven finding; one against the reference ends the run."""
+        reference = reference_answers(scene.query, scene.a[None], scene.b[None])
+        finding = Finding(name, scene, said(answers, 0), said(reference, 0), verdict, answers.errors.get(0, ""))
+        self.buckets.add_proven(finding)
+        self.run.buckets = list(self.buckets.found.values())
+        if verdict.kind is Kind.REFERENCE_WRONG:
+            raise ReferenceFailed(verdict.claim)
+
+    def _audit(self, batch: Batch) -> None:
+        """Prove the reference's own answer on one scene of each regime."""
+        with self.timed("audit"):
+            first = np.unique(batch.groups, return_index=True)[1]
+            for i in first:
+                verdict = audit(batch.a[int(i)], batch.b[int(i)])
+                query = "raycast" if type(batch.a).__name__ == "Ray" else "distance"
+                self.run.counts["refimpl", query, batch.scene(query, int(i)).cell.pair, batch.regimes[i], verdict.kind] += 1
+                if verdict.kind is Kind.REFERENCE_WRONG:
+                    scene = batch.scene(query, int(i))
+                    self.file("refimpl", scene, reference_answers(scene.query, scene.a[None], scene.b[None]), verdict)
+
+    def hunting(self, number: int, until: float) -> None:
+        """Let Hypothesis attack every supported cell in turn, in an order drawn from the seed."""
+        targets = [(n, c) for p in self.pairs for c in self.cells_of(p) for n in self.engines if self.supported(n, c)]
+        order = np.random.default_rng([self.run.seed, number, 1]).permutation(len(targets))
+        for done, index in enumerate(order):
+            left = until - self.elapsed
+            if left <= 0:
+                return
+            name, cell = targets[index]
+            slice_end = time.monotonic() + max(0.2, 2.0 * left / (len(order) - done))
+            with self.timed("hunt"):
+                caught = hunt(self.judges[name], self.workers[name], cell, seed=self.run.seed + number, deadline=slice_end)
+            self.run.counts.update(caught.counts)
+            for finding in caught.findings:
+                self.file(name, finding.scene, finding.answers, finding.verdict)
+            self._tell()
+
+    def _tell(self) -> None:
+        self.run.seconds = self.elapsed
+        if self.listener is not None:
+            self.listener.advanced(self.run, self.elapsed)
+
+    def finish(self) -> None:
+        """Sort the buckets, write their repro scripts, and say what is missing."""
+        self.run.seconds = self.elapsed
+        self.run.buckets = self.buckets.sorted()
+        for bucket in self.run.buckets:
+            scene = bucket.witness.scene
+            if bucket.engine in self.engines:
+                rows = scene.a.pack().tolist(), scene.b.pack().tolist()
+                cell = scene.cell
+                bucket.repro = self.engines[bucket.engine].repro(cell.query, cell.type_a, cell.type_b, *rows)
+        self.run.problems += self._silent_cells()
+
+    def _silent_cells(self) -> list[str]:
+        """Supported cells and regimes in which nothing was compared: silence would look like agreement."""
+        silent = []
+        for (engine, query, pair), note in self.run.support.items():
+            if note.kind == "unsupported":
+                continue
+            for regime in REGIMES:
+                compared = sum(
+                    n for k, n in self.run.counts.items()
+                    if k[:4] == (engine, query, pair, regime) and k[4] not in (Kind.UNSUPPORTED, Kind.SKIPPED)
+                )
+                if not compared:
+                    silent.append(f"{engine}: nothing compared in {query} {pair}, regime {regime}")
+        return silent
+
+
+def run_campaign(engines: Sequence[str], *, budget: float, seed: int, listener: Listener | None = None,
+                 pairs: Sequence[str] | None = None, call_limit: float = 1.0, known: KnownFaults | None = None) -> Run:
+    """Question engines for about `budget` seconds and answer with everything that was found.
+
+    Parameters
+    ----------
+    engines
+        Names of shipped engines, or ``module:attribute`` of one's own.
+    budget
+        Seconds; the first pass over all cells is finished even if it takes longer.
+    seed
+        Names the bulk hunter's scenes.
+    pairs
+        Names such as ``Sphere–Box``; all by default.
+    call_limit
+        Seconds an engine may take for one scene.
+
+    Returns
+    -------
+    Run
+        Complete also after an interrupt (Ctrl-C), which it names.
+    """
+    loaded = {spec: load_engine(spec) for spec in engines}
+    wanted = sorted({(c.type_a, c.type_b) for c in cells() if not pairs or c.pair in pairs}, key=lambda p: (p[0].__name__, p[1].__name__))
+    run = Run(seed, budget, datetime.now(UTC).isoformat(timespec="seconds"), regimes=reasons())
+    with ExitStack() as stack:
+        workers = {e.name: stack.enter_context(EngineWorker(spec, call_limit)) for spec, e in loaded.items()}
+        named = {engine.name: engine for engine in loaded.values()}
+        campaign = Campaign(named, workers, run, wanted, listener, known or KnownFaults.shipped())
+        run.engines = list(named)
+        for engine in named.values():
+            run.versions |= engine.versions()
+        for cell in (c for c in cells() if (c.type_a, c.type_b) in wanted):
+            for engine in named.values():
+                support = engine.support(cell.query, cell.type_a, cell.type_b)
+                run.support[engine.name, cell.query, cell.pair] = SupportNote(support.kind.value, support.reason)
+        if listener is not None:
+            listener.started(run.engines, len(run.support))
+        try:
+            campaign.go()
+        except KeyboardInterrupt:
+            run.interrupted = True
+        except ReferenceFailed as failed:
+            run.problems.append(f"the reference was proven wrong, so the run stopped: {failed}")
+        campaign.finish()
+    return run

@@ -1,0 +1,324 @@
+"""The engine protocol: what a collision engine says of itself, and the form of its answers.
+
+A *cell* is (query, type A, type B). Its scenes travel as rows of doubles (`Proxy.pack`), its answers come
+back as rows of `WIDTH` doubles in the order of `COLUMNS`, NaN where the engine does not say. Every answer is
+in the terms of the contract, whatever the engine's own are: the normal points from A to B, depth is a
+negative distance, a ray's time counts in units of its direction's length. Converting is the adapter's work.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum, IntEnum
+from types import MappingProxyType
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oracles.scene import DISTANCE, QUERIES, RAYCAST
+from refimpl.shapes import Point, Proxy, Ray
+
+Array = NDArray[np.float64]
+Kind = type[Proxy]
+Row = list[float]
+AnswerRow = Sequence[float]
+Solver = Callable[[Row, Row], AnswerRow]
+
+COLUMNS: Mapping[str, slice] = MappingProxyType(
+    {
+        "hit": slice(0, 1),
+        "distance": slice(1, 2),
+        "on_a": slice(2, 5),
+        "on_b": slice(5, 8),
+        "normal": slice(8, 11),
+        "t": slice(11, 12),
+        "point": slice(12, 15),
+    }
+)
+WIDTH = 15
+
+NAN = float("nan")
+NOWHERE = (NAN, NAN, NAN)
+
+
+def answer_row(
+    *,
+    hit: float = NAN,
+    distance: float = NAN,
+    on_a: Sequence[float] = NOWHERE,
+    on_b: Sequence[float] = NOWHERE,
+    normal: Sequence[float] = NOWHERE,
+    t: float = NAN,
+    point: Sequence[float] = NOWHERE,
+) -> AnswerRow:
+    """One answer in the order of `COLUMNS`; what is not given is not said."""
+    return (hit, distance, *on_a, *on_b, *normal, t, *point)
+
+
+class EngineUnavailable(RuntimeError):
+    """An engine cannot be started here; the text says why and, where it can, what to install."""
+
+
+class NoAnswer(RuntimeError):
+    """An engine returned normally but gave no answer."""
+
+
+class UnsupportedCell(TypeError):
+    """A solver or script was asked for in a cell that the engine does not support."""
+
+
+class Status(IntEnum):
+    """What became of one scene."""
+
+    ANSWERED = 0
+    ERROR = 1
+    """The engine raised, or its answer was none; then the text begins with "answered"."""
+    CRASHED = 2
+    """The engine's process ended."""
+    TIMED_OUT = 3
+    SKIPPED = 4
+    """Never asked: too many scenes of its group had timed out."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What an engine said about n scenes of one cell.
+
+    Attributes
+    ----------
+    status : (n,) of `Status`
+    hit : (n,)
+        1 or 0; NaN where not said, here as in all that follows.
+    distance : (n,)
+        Signed distance; for contacts minus the depth.
+    on_a, on_b : (n, 3)
+        Witness points.
+    normal : (n, 3)
+        Unit vector from A to B; for a ray the outward normal of B.
+    t : (n,)
+        A ray's time in units of its direction's length; infinite on a miss.
+    point : (n, 3)
+        A contact's position where the engine gives one and not two; a ray's hit point.
+    errors : dict
+        Scene's index to the text of its error, crash or time-out.
+    """
+
+    status: NDArray[np.int8]
+    hit: Array
+    distance: Array
+    on_a: Array
+    on_b: Array
+    normal: Array
+    t: Array
+    point: Array
+    errors: Mapping[int, str] = field(default_factory=dict)
+
+    @classmethod
+    def from_table(cls, status: NDArray[np.int8], table: Array, errors: Mapping[int, str]) -> Self:
+        """Split answer rows (n, WIDTH) into columns."""
+        columns = {n: table[:, s] if s.stop - s.start > 1 else table[:, s.start] for n, s in COLUMNS.items()}
+        return cls(status=status, **columns, errors=errors)
+
+    def __len__(self) -> int:
+        """Return the number of scenes."""
+        return len(self.status)
+
+    def counts(self) -> dict[Status, int]:
+        """How many scenes ended in which status."""
+        return {s: int(np.count_nonzero(self.status == s)) for s in Status}
+
+
+class SupportKind(Enum):
+    """How an engine comes to an answer in a cell."""
+
+    NATIVE = "native"
+    EMULATED = "emulated"
+    UNSUPPORTED = "unsupported"
+
+
+@dataclass(frozen=True)
+class Support:
+    """Whether an engine answers a cell, and how it is emulated or why not."""
+
+    kind: SupportKind
+    reason: str = ""
+
+    def __bool__(self) -> bool:
+        """Return whether the cell can be asked."""
+        return self.kind is not SupportKind.UNSUPPORTED
+
+
+NATIVE = Support(SupportKind.NATIVE)
+
+
+def emulated(how: str) -> Support:
+    """Answered with another of the engine's shapes."""
+    return Support(SupportKind.EMULATED, how)
+
+
+def unsupported(why: str) -> Support:
+    """Not answered."""
+    return Support(SupportKind.UNSUPPORTED, why)
+
+
+@dataclass(frozen=True)
+class Bound:
+    """An error in length units, ``absolute + relative · size``; the size is the scene's largest number."""
+
+    absolute: float
+    relative: float
+
+    def at(self, size: Array | float) -> Array:
+        """Give the bound for scenes of that size."""
+        return np.asarray(self.absolute + self.relative * np.asarray(size, dtype=np.float64))
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What an engine promises in a cell, against the shapes it effectively uses.
+
+    Attributes
+    ----------
+    value : Bound
+        Error of the signed distance; for a ray: how far from B's surface the point at time t may lie.
+    witness : Bound
+        How far a witness may lie off its shape, and the two from being |distance| apart.
+    boolean : Bound
+        Hit and miss are both right where the signed distance is no larger in absolute value; for a ray,
+        that of its segment up to beyond B.
+    reason : str
+        Where the numbers come from.
+    """
+
+    value: Bound
+    witness: Bound
+    boolean: Bound
+    reason: str
+
+    @classmethod
+    def uniform(cls, absolute: float, relative: float, reason: str) -> Self:
+        """Use one bound for everything."""
+        bound = Bound(absolute, relative)
+        return cls(bound, bound, bound, reason)
+
+
+class Convention(Enum):
+    """Ways of an engine that differ from the contract by design."""
+
+    NO_HIT_FROM_INSIDE = "a ray that starts inside is not said to hit at once"
+    TWO_SIDED_PLANE = "a ray from inside a half-space hits its plane"
+    DEPTH_OF_ITS_NORMAL = "a depth is that of the reported normal, which need not be the least"
+
+
+@dataclass(frozen=True)
+class Effective:
+    """The shapes an engine effectively uses for one side of n scenes: those of `rows`, grown by `margin`.
+
+    Attributes
+    ----------
+    kind : type of proxy
+    rows : (n, width)
+    margin : (n,)
+        At least 0. Signed distances of grown shapes are σ(A ⊕ r, B ⊕ s) = σ(A, B) − r − s.
+    """
+
+    kind: Kind
+    rows: Array
+    margin: Array
+
+    @classmethod
+    def exactly(cls, kind: Kind, rows: Array) -> Self:
+        """Use the shapes as they were given."""
+        return cls(kind, rows, np.zeros(len(rows)))
+
+
+class Engine(ABC):
+    """A collision engine as the harness sees it: what it supports, promises and answers.
+
+    Making one imports nothing: an adapter imports its engine in `warm`, `solver` and the functions that come
+    from it, so that support, tolerances and scripts can be had without running the engine's code.
+    """
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def versions(self) -> dict[str, str]:
+        """Names and versions of the packages that answer."""
+
+    @abstractmethod
+    def warm(self) -> None:
+        """Import what solving needs; raise `EngineUnavailable` when that fails."""
+
+    def support(self, query: str, A: Kind, B: Kind) -> Support:
+        """Whether and how the engine answers a cell."""
+        if query not in QUERIES:
+            raise ValueError(f"no query {query!r}; there are {', '.join(QUERIES)}")
+        if query == RAYCAST and not (A is Ray and B.is_solid):
+            return unsupported("a raycast is a Ray against a solid")
+        if query != RAYCAST and Ray in (A, B):
+            return unsupported("a Ray is for raycast")
+        if A is Point and B is Point:
+            return unsupported("two points are no pair of the table")
+        return self._support(query, A, B)
+
+    @abstractmethod
+    def _support(self, query: str, A: Kind, B: Kind) -> Support:
+        """Support in a cell that makes sense."""
+
+    @abstractmethod
+    def says(self, query: str, A: Kind, B: Kind) -> frozenset[str]:
+        """Names of the columns that an answer fills; those that describe a hit are empty on a miss."""
+
+    @abstractmethod
+    def tolerance(self, query: str, A: Kind, B: Kind) -> Tolerance:
+        """Give what the engine promises in a supported cell."""
+
+    def effective(
+        self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array
+    ) -> tuple[Effective, Effective]:
+        """Give the shapes that the engine effectively uses for scenes of a cell."""
+        del query
+        return Effective.exactly(A, rows_a), Effective.exactly(B, rows_b)
+
+    def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
+        """Departures from the contract by design, each with the engine's own sentence."""
+        del query, A, B
+        return {}
+
+    @abstractmethod
+    def solver(self, query: str, A: Kind, B: Kind) -> Solver:
+        """Return a function that answers one scene, given as two rows of floats."""
+
+    @abstractmethod
+    def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
+        """Return a Python script that asks the engine alone for one scene.
+
+        It needs the engine's own package, makes the calls that `solver` makes, and prints the answer as lines
+        ``name = value`` in full precision, in the terms of the contract.
+        """
+
+    def require(self, query: str, A: Kind, B: Kind) -> None:
+        """Raise `UnsupportedCell` unless the cell can be asked."""
+        support = self.support(query, A, B)
+        if not support:
+            raise UnsupportedCell(f"{self.name} {query} {A.__name__} {B.__name__}: {support.reason}")
+
+
+def faults(query: str, says: frozenset[str], table: Array) -> dict[int, str]:
+    """Answer rows that are no answers: a promised column is NaN, or a hit is neither 1 nor 0."""
+    found: dict[int, str] = {}
+    described = np.full(len(table), True) if query == DISTANCE else table[:, 0] != 0
+    for name in [n for n in COLUMNS if n in says]:
+        columns = table[:, COLUMNS[name]]
+        bad = np.isnan(columns).any(axis=1)
+        if name == "hit":
+            bad |= (columns[:, 0] != 0) & (columns[:, 0] != 1)
+        elif name != "t":
+            bad &= described
+        for i in np.flatnonzero(bad):
+            value = columns[i].tolist()
+            found.setdefault(int(i), f"answered {name} = {value[0] if len(value) == 1 else value}")
+    return found

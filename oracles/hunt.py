@@ -1,0 +1,121 @@
+"""The adversarial hunter: Hypothesis searches one cell, steered by the error, and shrinks what it finds."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+
+import hypothesis
+from hypothesis import HealthCheck, Phase, given, settings, target
+
+from oracles.buckets import clumsiness_of_scene
+from oracles.engine import Answers
+from oracles.judge import Judge, decade_of
+from oracles.outcome import CountKey, Kind, Verdict
+from oracles.scene import Cell, Scene
+from oracles.strategies import scenes
+from oracles.worker import EngineWorker
+
+MANY_EXAMPLES = 300
+STOP_AFTER_LOSSES = 2
+
+
+class Caught(AssertionError):
+    """A proven wrong answer; each bucket has a subclass of its own, or Hypothesis would merge them."""
+
+
+@dataclass(frozen=True)
+class Catch:
+    """One proven finding of the hunt."""
+
+    scene: Scene
+    answers: Answers
+    verdict: Verdict
+
+
+@dataclass
+class Hunt:
+    """What a hunt brought home: the simplest finding of each kind, and how many scenes it compared."""
+
+    findings: list[Catch] = field(default_factory=list)
+    counts: Counter[CountKey] = field(default_factory=Counter)
+
+
+@dataclass
+class _Attack:
+    judge: Judge
+    worker: EngineWorker
+    cell: Cell
+    deadline: float
+    counts: Counter[CountKey] = field(default_factory=Counter)
+    best: dict[tuple[str, int | None], Catch] = field(default_factory=dict)
+    types: dict[tuple[str, int | None], type[Caught]] = field(default_factory=dict)
+    losses: int = 0
+
+    def __call__(self, scene: Scene) -> None:
+        """Put one scene before the engine; raise when its answer is proven wrong."""
+        if time.monotonic() > self.deadline or self.losses >= STOP_AFTER_LOSSES:
+            return
+        a, b, cell = scene.a[None], scene.b[None], self.cell
+        answers = self.worker.answer(cell.query, cell.type_a, cell.type_b, a.pack(), b.pack())
+        screening = self.judge.screen(cell, a, b, answers)
+        kind = screening.kind[0]
+        target(float(min(screening.pressure[0], 1e300)), label="error by tolerance")
+        if kind in (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT):
+            verdict = self.judge.convict(scene, answers)
+            kind = verdict.kind
+            self._remember(scene, answers, verdict)
+        self.counts[self.judge.engine.name, cell.query, cell.pair, scene.regime, kind] += 1
+        if kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
+            raise self._type_for(verdict.symptom, decade_of(verdict.amount, scene.size))
+
+    def _remember(self, scene: Scene, answers: Answers, verdict: Verdict) -> None:
+        if verdict.kind in (Kind.CRASHED, Kind.TIMED_OUT):
+            self.losses += 1
+        elif verdict.kind not in (Kind.WRONG, Kind.REFERENCE_WRONG):
+            return
+        key = verdict.symptom, decade_of(verdict.amount, scene.size)
+        if key not in self.best or clumsiness_of_scene(scene) < clumsiness_of_scene(self.best[key].scene):
+            self.best[key] = Catch(scene, answers, verdict)
+
+    def _type_for(self, symptom: str, decade: int | None) -> type[Caught]:
+        key = symptom, decade
+        if key not in self.types:
+            self.types[key] = type(f"Caught {symptom} {decade}", (Caught,), {})
+        return self.types[key]
+
+
+def hunt(judge: Judge, worker: EngineWorker, cell: Cell, *, seed: int, deadline: float) -> Hunt:
+    """Search one cell until the deadline (of `time.monotonic`) or for a few hundred scenes."""
+    attack = _Attack(judge, worker, cell, deadline)
+
+    @hypothesis.seed(seed)
+    @settings(
+        max_examples=MANY_EXAMPLES,
+        database=None,
+        deadline=None,
+        phases=(Phase.generate, Phase.target, Phase.shrink),
+        suppress_health_check=list(HealthCheck),
+        report_multiple_bugs=True,
+        print_blob=False,
+    )
+    @given(scene=scenes(cell))
+    def search(scene: Scene) -> None:
+        attack(scene)
+
+    try:
+        search()
+    except (Caught, BaseExceptionGroup) as found:
+        _only_caught(found)
+    except hypothesis.errors.Flaky:
+        pass  # an answer that depends on earlier calls or on the clock: what was proven is remembered
+    return Hunt(list(attack.best.values()), attack.counts)
+
+
+def _only_caught(found: BaseException) -> None:
+    """Raise again whatever in a group is not ours."""
+    if isinstance(found, BaseExceptionGroup):
+        _, rest = found.split((Caught, hypothesis.errors.Flaky))
+        if rest is not None:
+            raise rest

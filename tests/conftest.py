@@ -1,0 +1,42 @@
+"""Hypothesis profiles, and the scenes that the tests of the reference share."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings
+
+from oracles.draws import NumpyDraws
+from oracles.regimes import REGIMES
+from refimpl import Proxy
+
+settings.register_profile(
+    "quick", max_examples=20, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck), database=None
+)
+settings.register_profile("thorough", max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck))
+settings.load_profile("quick")
+
+
+def effort() -> int:
+    """Scenes per regime in the tests that draw in bulk: grows with the Hypothesis profile."""
+    return max(8, settings.default.max_examples // 2) if settings.default else 8
+
+
+def scenes_of(pair: tuple[type[Proxy], type[Proxy]], regime: str, n: int, seed: int = 2026) -> tuple[Proxy, Proxy]:
+    """`n` scenes of a pair in a regime, the same in every run."""
+    shard = (list(REGIMES).index(regime), 77)
+    return REGIMES[regime](NumpyDraws(seed, shard, n), *pair)
+
+
+def name_of(pair: object) -> str:
+    """Readable test ids for pairs of types."""
+    if isinstance(pair, tuple):
+        return "-".join(kind.__name__ for kind in pair)
+    return str(pair)
+
+
+@pytest.fixture(autouse=True)
+def _strict_floats() -> object:
+    """A test may not pass on a number that numpy warns about."""
+    with np.errstate(all="warn", under="ignore"):
+        yield
