@@ -33,7 +33,9 @@ class Buckets:
     found: dict[KEY, Bucket] = field(default_factory=dict)
     _tried: dict[tuple[object, ...], int] = field(default_factory=dict)
 
-    def wants_proof(self, engine: str, query: str, pair: str, symptom: str, decade: int | None, regime: str) -> bool:
+    def wants_proof(
+        self, engine: str, query: str, pair: str, symptom: str, decade: int | None, regime: str
+    ) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
         key = (engine, query, pair, symptom, decade, regime)
         tried = self._tried.get(key, 0)
@@ -57,9 +59,13 @@ class Buckets:
         self._count(bucket, scene.regime)
         return bucket
 
-    def add_counted(self, engine: str, query: str, pair: str, symptom: str, decade: int | None, regime: str, amount: float) -> None:
+    def add_counted(
+        self, engine: str, query: str, pair: str, symptom: str, decade: int | None, regime: str, amount: float
+    ) -> None:
         """Count a finding of the float screening whose bucket has been proven on others."""
-        bucket = self.found.get((engine, query, pair, symptom, decade)) or self._nearest(engine, query, pair, symptom, decade)
+        bucket = self.found.get((engine, query, pair, symptom, decade)) or self._nearest(
+            engine, query, pair, symptom, decade
+        )
         if bucket is not None:
             bucket.worst = max(bucket.worst, amount)
             self._count(bucket, regime)
@@ -80,6 +86,12 @@ class Buckets:
         def rank(bucket: Bucket) -> tuple[object, ...]:
             verdict = bucket.witness.verdict
             gravity = _GRAVITY[verdict.severity] if verdict.severity else len(_GRAVITY)
-            return (verdict.kind is not Kind.REFERENCE_WRONG, bucket.known is not None, gravity, -bucket.count, bucket.key)
+            return (
+                verdict.kind is not Kind.REFERENCE_WRONG,
+                bucket.known is not None,
+                gravity,
+                -bucket.count,
+                bucket.key,
+            )
 
         return sorted(self.found.values(), key=rank)

@@ -116,7 +116,10 @@ class Campaign:
 
     def supported(self, engine: str, cell: Cell) -> bool:
         """Whether the engine answers this cell."""
-        return self.engines[engine].support(cell.query, cell.type_a, cell.type_b).kind is not SupportKind.UNSUPPORTED
+        return (
+            self.engines[engine].support(cell.query, cell.type_a, cell.type_b).kind
+            is not SupportKind.UNSUPPORTED
+        )
 
     def cells_of(self, pair: PairKey) -> list[Cell]:
         """Cells of one pair."""
@@ -157,8 +160,13 @@ class Campaign:
                     worker.interrupt()
                 raise
 
-    def _ask(self, pair: PairKey, shard: tuple[int, int], each: int, pools: dict[str, ThreadPoolExecutor],
-             ) -> tuple[Batch, list[tuple[str, Cell, Future[Answers]]]]:
+    def _ask(
+        self,
+        pair: PairKey,
+        shard: tuple[int, int],
+        each: int,
+        pools: dict[str, ThreadPoolExecutor],
+    ) -> tuple[Batch, list[tuple[str, Cell, Future[Answers]]]]:
         with self.timed("scenes"):
             batch = Batch.draw(pair, self.run.seed, shard, each)
         jobs = []
@@ -175,7 +183,9 @@ class Campaign:
         with self.timed(f"engine {name}"):
             rows = batch.a.pack(), batch.b.pack()
             worker = self.workers[name]
-            return worker.answer(cell.query, cell.type_a, cell.type_b, *rows, groups=batch.groups, give_up_after=GIVE_UP_AFTER)
+            return worker.answer(
+                cell.query, cell.type_a, cell.type_b, *rows, groups=batch.groups, give_up_after=GIVE_UP_AFTER
+            )
 
     def _judge(self, batch: Batch, jobs: list[tuple[str, Cell, Future[Answers]]]) -> None:
         self._audit(batch)
@@ -186,13 +196,26 @@ class Campaign:
             for i, kind in enumerate(screening.kind):
                 if kind in (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT):
                     decade = decade_of(float(screening.amount[i]), batch.scene(cell.query, i).size)
-                    estimate = screening.symptom[i], decade, float(screening.amount[i]), bool(screening.certain[i])
+                    estimate = (
+                        screening.symptom[i],
+                        decade,
+                        float(screening.amount[i]),
+                        bool(screening.certain[i]),
+                    )
                     kind = self._weigh(name, cell, batch, i, answers, kind, estimate)  # noqa: PLW2901
                 self.run.counts[name, cell.query, cell.pair, batch.regimes[i], kind] += 1
             self._tell()
 
-    def _weigh(self, name: str, cell: Cell, batch: Batch, i: int, answers: Answers, kind: Kind,
-               estimate: tuple[str, int | None, float, bool]) -> Kind:
+    def _weigh(
+        self,
+        name: str,
+        cell: Cell,
+        batch: Batch,
+        i: int,
+        answers: Answers,
+        kind: Kind,
+        estimate: tuple[str, int | None, float, bool],
+    ) -> Kind:
         """Prove a suspect answer, or count it to the proven ones of its bucket."""
         symptom, decade, amount, certain = estimate
         regime = batch.regimes[i]
@@ -211,7 +234,9 @@ class Campaign:
     def file(self, name: str, scene: Scene, answers: Answers, verdict: Verdict) -> None:
         """File a proven finding; one against the reference ends the run."""
         reference = reference_answers(scene.query, scene.a[None], scene.b[None])
-        finding = Finding(name, scene, said(answers, 0), said(reference, 0), verdict, answers.errors.get(0, ""))
+        finding = Finding(
+            name, scene, said(answers, 0), said(reference, 0), verdict, answers.errors.get(0, "")
+        )
         self.buckets.add_proven(finding)
         self.run.buckets = list(self.buckets.found.values())
         if verdict.kind is Kind.REFERENCE_WRONG:
@@ -224,14 +249,23 @@ class Campaign:
             for i in first:
                 verdict = audit(batch.a[int(i)], batch.b[int(i)])
                 query = "raycast" if type(batch.a).__name__ == "Ray" else "distance"
-                self.run.counts["refimpl", query, batch.scene(query, int(i)).cell.pair, batch.regimes[i], verdict.kind] += 1
+                self.run.counts[
+                    "refimpl", query, batch.scene(query, int(i)).cell.pair, batch.regimes[i], verdict.kind
+                ] += 1
                 if verdict.kind is Kind.REFERENCE_WRONG:
                     scene = batch.scene(query, int(i))
-                    self.file("refimpl", scene, reference_answers(scene.query, scene.a[None], scene.b[None]), verdict)
+                    self.file(
+                        "refimpl",
+                        scene,
+                        reference_answers(scene.query, scene.a[None], scene.b[None]),
+                        verdict,
+                    )
 
     def hunting(self, number: int, until: float) -> None:
         """Let Hypothesis attack every supported cell in turn, in an order drawn from the seed."""
-        targets = [(n, c) for p in self.pairs for c in self.cells_of(p) for n in self.engines if self.supported(n, c)]
+        targets = [
+            (n, c) for p in self.pairs for c in self.cells_of(p) for n in self.engines if self.supported(n, c)
+        ]
         order = np.random.default_rng([self.run.seed, number, 1]).permutation(len(targets))
         for done, index in enumerate(order):
             left = until - self.elapsed
@@ -240,7 +274,13 @@ class Campaign:
             name, cell = targets[index]
             slice_end = time.monotonic() + max(0.2, 2.0 * left / (len(order) - done))
             with self.timed("hunt"):
-                caught = hunt(self.judges[name], self.workers[name], cell, seed=self.run.seed + number, deadline=slice_end)
+                caught = hunt(
+                    self.judges[name],
+                    self.workers[name],
+                    cell,
+                    seed=self.run.seed + number,
+                    deadline=slice_end,
+                )
             self.run.counts.update(caught.counts)
             for finding in caught.findings:
                 self.file(name, finding.scene, finding.answers, finding.verdict)
@@ -271,7 +311,8 @@ class Campaign:
                 continue
             for regime in REGIMES:
                 compared = sum(
-                    n for k, n in self.run.counts.items()
+                    n
+                    for k, n in self.run.counts.items()
                     if k[:4] == (engine, query, pair, regime) and k[4] not in (Kind.UNSUPPORTED, Kind.SKIPPED)
                 )
                 if not compared:
@@ -279,8 +320,16 @@ class Campaign:
         return silent
 
 
-def run_campaign(engines: Sequence[str], *, budget: float, seed: int, listener: Listener | None = None,
-                 pairs: Sequence[str] | None = None, call_limit: float = 1.0, known: KnownFaults | None = None) -> Run:
+def run_campaign(
+    engines: Sequence[str],
+    *,
+    budget: float,
+    seed: int,
+    listener: Listener | None = None,
+    pairs: Sequence[str] | None = None,
+    call_limit: float = 1.0,
+    known: KnownFaults | None = None,
+) -> Run:
     """Question engines for about `budget` seconds and answer with everything that was found.
 
     Parameters
@@ -302,7 +351,10 @@ def run_campaign(engines: Sequence[str], *, budget: float, seed: int, listener: 
         Complete also after an interrupt (Ctrl-C), which it names.
     """
     loaded = {spec: load_engine(spec) for spec in engines}
-    wanted = sorted({(c.type_a, c.type_b) for c in cells() if not pairs or c.pair in pairs}, key=lambda p: (p[0].__name__, p[1].__name__))
+    wanted = sorted(
+        {(c.type_a, c.type_b) for c in cells() if not pairs or c.pair in pairs},
+        key=lambda p: (p[0].__name__, p[1].__name__),
+    )
     run = Run(seed, budget, datetime.now(UTC).isoformat(timespec="seconds"), regimes=reasons())
     with ExitStack() as stack:
         workers = {e.name: stack.enter_context(EngineWorker(spec, call_limit)) for spec, e in loaded.items()}
@@ -314,7 +366,9 @@ def run_campaign(engines: Sequence[str], *, budget: float, seed: int, listener: 
         for cell in (c for c in cells() if (c.type_a, c.type_b) in wanted):
             for engine in named.values():
                 support = engine.support(cell.query, cell.type_a, cell.type_b)
-                run.support[engine.name, cell.query, cell.pair] = SupportNote(support.kind.value, support.reason)
+                run.support[engine.name, cell.query, cell.pair] = SupportNote(
+                    support.kind.value, support.reason
+                )
         if listener is not None:
             listener.started(run.engines, len(run.support))
         try:

@@ -14,7 +14,7 @@ import numpy as np
 
 from oracles.engine import Answers
 from oracles.scene import BOOLEAN, CONTACTS, RAYCAST
-from refimpl import Capsule, HalfSpace, Point, Proxy, Ray, distance
+from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray, distance
 from refimpl.linear import Array, Bools, dot, norm, scale
 
 NOT_A_NUMBER = "not a number"
@@ -23,7 +23,11 @@ SHORT, LONG = "distance too small", "distance too large"
 STUCK, OVERSHOT = "normal and depth do not separate", "normal and depth move too far"
 OFF_SHAPE = "witness off its shape"
 APART, TOGETHER = "witnesses farther apart than the distance", "witnesses nearer than the distance"
-RAY_MISSED, RAY_EARLY, RAY_LATE = "ray misses a hit", "ray hits before the shape", "ray hits behind the surface"
+RAY_MISSED, RAY_EARLY, RAY_LATE = (
+    "ray misses a hit",
+    "ray hits before the shape",
+    "ray hits behind the surface",
+)
 RAY_FALSE = "ray hits a shape that it misses"
 TILTED = "ray normal does not point outward"
 
@@ -43,6 +47,10 @@ class Claim:
         By how much the shapes are grown beyond x and y: σ of the grown shapes is σ(x, y) − margin.
     kind
         Which of the engine's tolerances applies: "value", "witness" or "boolean".
+    cap
+        No violation counts for more than this: a ray cannot be later than the way it has gone.
+    rounding
+        How far x or y may lie from what the engine said, because a moved proxy or a point of a ray is rounded.
     """
 
     x: Proxy
@@ -54,17 +62,24 @@ class Claim:
     kind: str
     made: Bools
     margin: Array
+    cap: Array
+    rounding: Array
 
     def violations(self) -> tuple[Array, Array, Array]:
         """By how much σ lies below `low` and above `high`, by the reference in floats; and its possible error."""
         sigma = np.where(self.made, distance(self.x, self.y).distance, 0.0)
-        size = np.maximum(np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(sigma), np.abs(sigma), 0.0))
+        size = np.maximum(
+            np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(sigma), np.abs(sigma), 0.0)
+        )
         with np.errstate(invalid="ignore"):
             sigma = sigma - self.margin
             below = np.where(self.made & (sigma != self.low), self.low - sigma, -np.inf)
             above = np.where(self.made & (sigma != self.high), sigma - self.high, -np.inf)
-        return below, above, REFERENCE_ERROR * size
+        return np.minimum(below, self.cap), np.minimum(above, self.cap), REFERENCE_ERROR * size + self.rounding
 
+
+ROUNDING = 2.0**-50
+"""What rounding a sum of two vectors costs, relative to their largest coordinates, with room to spare."""
 
 REFERENCE_ERROR = 1e-14
 """Bound on the error of `refimpl.distance`, relative to the scene's size; held against 50 digits by the tests."""
@@ -99,13 +114,25 @@ class Questioned:
         owed = {
             BOOLEAN: np.isnan(answers.hit),
             RAYCAST: np.isnan(answers.hit) | (hit & ~np.isfinite(answers.t)),
-            CONTACTS: np.isnan(answers.hit) | (hit & (np.isnan(answers.distance) | np.isnan(answers.normal).any(axis=-1))),
+            CONTACTS: np.isnan(answers.hit)
+            | (hit & (np.isnan(answers.distance) | np.isnan(answers.normal).any(axis=-1))),
         }
         return self.answered & owed.get(self.query, np.isnan(answers.distance))
 
-    def _claim(self, x: Proxy, y: Proxy, bounds: tuple[Array, Array], words: tuple[str, str], kind: str,
-               made: Bools, margin: Array) -> Claim:
-        return Claim(x, y, *bounds, *words, kind, made & self.answered, margin)
+    def _claim(
+        self,
+        x: Proxy,
+        y: Proxy,
+        bounds: tuple[Array, Array],
+        words: tuple[str, str],
+        kind: str,
+        made: Bools,
+        margin: Array,
+        cap: float | Array = np.inf,
+        rounding: float | Array = 0.0,
+    ) -> Claim:
+        limits = (np.broadcast_to(np.asarray(v, dtype=np.float64), made.shape) for v in (cap, rounding))
+        return Claim(x, y, *bounds, *words, kind, made & self.answered, margin, *limits)
 
     @property
     def _nothing(self) -> Array:
@@ -115,7 +142,9 @@ class Questioned:
         hit = self.answers.hit
         if self.query in (BOOLEAN, CONTACTS):
             bounds = np.where(hit == 0, 0.0, -np.inf), np.where(hit == 1, 0.0, np.inf)
-            yield self._claim(self.a, self.b, bounds, (MISSED, FALSE), BOOL, ~np.isnan(hit), self.margin_a + self.margin_b)
+            yield self._claim(
+                self.a, self.b, bounds, (MISSED, FALSE), BOOL, ~np.isnan(hit), self.margin_a + self.margin_b
+            )
 
     def _value_claims(self) -> Iterator[Claim]:
         answers, margin = self.answers, self.margin_a + self.margin_b
@@ -131,18 +160,26 @@ class Questioned:
 
     def _normal_claim(self, made: Bools, margin: Array) -> Iterator[Claim]:
         """Moving B back along the normal by the signed distance makes the two touch."""
-        move = np.where(made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0)
+        move = np.where(
+            made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0
+        )
         made = made & (np.abs(move).max(axis=-1) < 1e150)
         moved = self.b.translated(np.where(made[:, None], move, 0.0))
         zero = self._nothing
-        yield self._claim(self.a, moved, (zero, zero), (STUCK, OVERSHOT), VALUE, made, margin)
+        rounding = ROUNDING * (np.maximum(moved.magnitude, self.b.magnitude) + np.abs(move).max(axis=-1))
+        yield self._claim(
+            self.a, moved, (zero, zero), (STUCK, OVERSHOT), VALUE, made, margin, rounding=np.where(made, rounding, 0.0)
+        )
 
     def _witness_claims(self, finite: Bools) -> Iterator[Claim]:
         zero, answers = self._nothing, self.answers
         on_a, on_b = answers.on_a, answers.on_b
         said_a, said_b = (finite & np.isfinite(w).all(axis=-1) for w in (on_a, on_b))
         free = np.full(len(zero), -np.inf)
-        for said, witness, shape, margin in ((said_a, on_a, self.a, self.margin_a), (said_b, on_b, self.b, self.margin_b)):
+        for said, witness, shape, margin in (
+            (said_a, on_a, self.a, self.margin_a),
+            (said_b, on_b, self.b, self.margin_b),
+        ):
             if isinstance(shape, Point):
                 shape = Capsule(shape.position, shape.position, zero)  # noqa: PLW2901  two points are no cell
             point = Point(np.where(said[:, None], witness, 0.0))
@@ -150,8 +187,15 @@ class Questioned:
         both = said_a & said_b
         ball = np.where(both[:, None], on_b, 0.0)
         reach = np.where(both, np.abs(answers.distance), 0.0)
-        yield self._claim(Point(np.where(both[:, None], on_a, 0.0)), Capsule(ball, ball, reach), (zero, zero),
-                          (TOGETHER, APART), WITNESS, both, zero)
+        yield self._claim(
+            Point(np.where(both[:, None], on_a, 0.0)),
+            Capsule(ball, ball, reach),
+            (zero, zero),
+            (TOGETHER, APART),
+            WITNESS,
+            both,
+            zero,
+        )
 
     def _ray_claims(self) -> Iterator[Claim]:
         ray, answers, zero = self.a, self.answers, self._nothing
@@ -167,17 +211,32 @@ class Questioned:
         t = np.where(hit & np.isfinite(answers.t), np.maximum(answers.t, 0.0), 0.0)
         point = ray.at(t)
         hit = hit & (np.abs(point).max(axis=-1) < 1e150)
-        point = np.where(hit[:, None], point, 0.0)
-        yield self._claim(Point(point), self.b, (free, zero), ("", RAY_EARLY), VALUE, hit, margin)
-        until = Capsule(ray.origin, np.where(hit[:, None], point, ray.origin), zero)
-        yield self._claim(until, self.b, (zero, -free), (RAY_LATE, ""), VALUE, hit, margin)
+        point = np.where(hit[:, None], point, ray.origin)
+        rounding = ROUNDING * (np.abs(ray.origin).max(axis=-1) + np.abs(point).max(axis=-1))
+        early = "", RAY_EARLY
+        yield self._claim(Point(point), self.b, (free, zero), early, VALUE, hit, margin, rounding=rounding)
+        until = Capsule(ray.origin, point, zero)
+        way = norm(point - ray.origin)
+        yield self._claim(until, self.b, (zero, -free), (RAY_LATE, ""), VALUE, hit & (way > 0), margin, way, rounding)
         normal = answers.normal
-        named = hit & np.isfinite(normal).all(axis=-1) & (norm(np.where(np.isfinite(normal), normal, 0.0)) > 0)
+        named = (
+            hit & np.isfinite(normal).all(axis=-1) & (norm(np.where(np.isfinite(normal), normal, 0.0)) > 0)
+        )
         outward = np.where(named[:, None], normal, np.array([0.0, 0.0, 1.0]))
-        beyond = HalfSpace(-outward, dot(outward, point))
-        yield self._claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin)
+        beyond: Proxy = HalfSpace(-outward, dot(outward, point))
+        if isinstance(self.b, HalfSpace):  # two half-spaces overlap without end at the least tilt
+            beyond = _cube_on(point, outward, np.maximum(ray.magnitude, self.b.magnitude))
+        yield self._claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin, rounding=rounding)
 
 
 def past(ray: Ray, b: Proxy) -> Array:
     """Time by which a ray is past anything of a bounded solid, or well past a half-space's near side."""
     return 2.0 + (norm(b.reference_point - ray.origin) + 4.0 * b.magnitude) / norm(ray.direction)
+
+
+def _cube_on(point: Array, outward: Array, half: Array) -> Box:
+    """Cubes that stand on the plane through `point`, on the side to which `outward` points."""
+    n = outward / norm(outward)[:, None]
+    up = np.where(n[:, 2:] < 0, -n, n)
+    turn = np.stack([-up[:, 1], up[:, 0], np.zeros(len(up)), 1.0 + up[:, 2]], axis=-1)
+    return Box(point + scale(half, n), np.repeat(half[:, None], 3, axis=1), turn)

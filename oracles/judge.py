@@ -8,7 +8,7 @@ certificate. Tolerances are the engine's own, as its adapter declares them, and 
 from __future__ import annotations
 
 import math
-from collections.abc import Container
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -116,7 +116,7 @@ class Judge:
         least = Convention.DEPTH_OF_ITS_NORMAL not in self._conventions(cell)
         return Questioned(cell.query, a, b, *margins, answers, answers.status == Status.ANSWERED, least)
 
-    def _conventions(self, cell: Cell) -> Container[Convention]:
+    def _conventions(self, cell: Cell) -> Mapping[Convention, str]:
         return self.engine.conventions(cell.query, cell.type_a, cell.type_b)
 
     @staticmethod
@@ -169,16 +169,22 @@ class Judge:
         nominal = self._questioned(cell, a, b, answers, effective=False)
         if nominal.not_a_number()[0]:
             said = _said(scene.query, answers)
-            return Verdict(Kind.WRONG, NOT_A_NUMBER, Severity.LOST, math.inf, claim=f"{self.engine.name} answers {said}")
+            return Verdict(
+                Kind.WRONG, NOT_A_NUMBER, Severity.LOST, math.inf, claim=f"{self.engine.name} answers {said}"
+            )
         found = self._proven_violation(cell, nominal, scene)
         if found.kind is not Kind.WRONG:
             return found
         first = np.array([found.symptom], dtype=object)
         if self._excused(cell, nominal, first)[0]:
-            return Verdict(Kind.CONVENTION, found.symptom, None, found.amount, found.lower, found.upper, found.claim)
+            return Verdict(
+                Kind.CONVENTION, found.symptom, None, found.amount, found.lower, found.upper, found.claim
+            )
         return self._at_most_effective(cell, a, b, answers, scene, found)
 
-    def _at_most_effective(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, scene: Scene, found: Verdict) -> Verdict:
+    def _at_most_effective(
+        self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, scene: Scene, found: Verdict
+    ) -> Verdict:
         """Lessen the amount to what is also proven on the effective shape: the kinder of the two counts."""
         effective = self._questioned(cell, a, b, answers, effective=True)
         same = np.array_equal(effective.a.pack(), a.pack()) and np.array_equal(effective.b.pack(), b.pack())
@@ -206,39 +212,67 @@ class Judge:
         x, y = claim.x[0], claim.y[0]
         proof_scene = Scene(scene.query, x, y, scene.regime, scene.source)
         below, above, error = claim.violations()
-        allowed = Fraction(float(self._tolerance(cell, claim.kind, np.array([scene.size]))[0]))
+        allowed = _exact(float(self._tolerance(cell, claim.kind, np.array([scene.size]))[0]))
         if max(below[0], above[0]) < float(allowed) - error[0]:
             return Verdict(Kind.AGREES)
         try:
             certificate = certify(x, y)
             interval = check(certificate, x, y)
         except InvalidCertificate as refused:
-            return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=proof_scene)
+            return Verdict(
+                Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=proof_scene
+            )
         lower, upper = interval
         sigma = float(distance(x, y).distance)
         if not allows(lower, upper, sigma, proof_scene.size):
             text = f"refimpl says {sigma!r}, but the proven interval is [{float(lower)!r}, {float(upper)!r}]"
             bounds = float(lower), float(upper)
-            return Verdict(Kind.REFERENCE_WRONG, OUTSIDE, Severity.GROSS, math.inf, *bounds, text, certificate, proof_scene)
-        margin = Fraction(float(claim.margin[0]))
+            return Verdict(
+                Kind.REFERENCE_WRONG,
+                OUTSIDE,
+                Severity.GROSS,
+                math.inf,
+                *bounds,
+                text,
+                certificate,
+                proof_scene,
+            )
+        margin, rounding = Fraction(float(claim.margin[0])), Fraction(float(claim.rounding[0]))
         for word, bound, sign in ((claim.below, claim.low[0], -1), (claim.above, claim.high[0], 1)):
-            least, most = sorted(_excess(float(bound), sigma_bound, margin, sign) for sigma_bound in interval)
+            both = (_excess(float(bound), end, margin, sign) for end in interval)
+            least, most = sorted(min(excess, _exact(float(claim.cap[0]))) for excess in both)
+            least, most = least - rounding, most + rounding
             if most > allowed:
                 kind = Kind.WRONG if least > allowed else Kind.UNDECIDED
                 return self._verdict(kind, word, least, interval, certificate, proof_scene, rows, scene)
         return Verdict(Kind.AGREES)
 
-    def _verdict(self, kind: Kind, word: str, amount: Fraction | float, interval: tuple[Fraction | float, Fraction | float],
-                 certificate: Certificate, proof_scene: Scene, rows: Questioned, scene: Scene) -> Verdict:
+    def _verdict(
+        self,
+        kind: Kind,
+        word: str,
+        amount: Fraction | float,
+        interval: tuple[Fraction | float, Fraction | float],
+        certificate: Certificate,
+        proof_scene: Scene,
+        rows: Questioned,
+        scene: Scene,
+    ) -> Verdict:
         lower, upper = float(interval[0]), float(interval[1])
         said = _said(scene.query, rows.answers)
         own = proof_scene.a is rows.a or (
-            type(proof_scene.a) is type(scene.a) and type(proof_scene.b) is type(scene.b)
-            and np.array_equal(proof_scene.a.pack(), scene.a.pack()) and np.array_equal(proof_scene.b.pack(), scene.b.pack())
+            type(proof_scene.a) is type(scene.a)
+            and type(proof_scene.b) is type(scene.b)
+            and np.array_equal(proof_scene.a.pack(), scene.a.pack())
+            and np.array_equal(proof_scene.b.pack(), scene.b.pack())
         )
-        truth = f"the signed distance is proven to be {_between(lower, upper)}" if own else (
-            f"the signed distance of {type(proof_scene.a).__name__} and {type(proof_scene.b).__name__} below is proven to be "
-            f"{_between(lower, upper)}"
+        truth = (
+            f"the signed distance is proven to be {_between(lower, upper)}"
+            if own
+            else (
+                f"the signed distance of {type(proof_scene.a).__name__} and {type(proof_scene.b).__name__} below is proven to be "
+                f"{_between(lower, upper)}"
+            )
         )
         claim = f"{self.engine.name} answers {said}: {word}; {truth}, so it is wrong by at least {float(amount):.3g}."
         severity = severity_of(word, float(amount), scene.size) if kind is Kind.WRONG else None
@@ -290,7 +324,9 @@ def audit(a: Proxy, b: Proxy) -> Verdict:
 
 def _ray_claims_hold(scene: Scene) -> bool:
     a, b = scene.a[None], scene.b[None]
-    rows = Questioned(RAYCAST, a, b, np.zeros(1), np.zeros(1), reference_answers(RAYCAST, a, b), np.ones(1, dtype=bool))
+    rows = Questioned(
+        RAYCAST, a, b, np.zeros(1), np.zeros(1), reference_answers(RAYCAST, a, b), np.ones(1, dtype=bool)
+    )
     for claim in rows.claims():
         below, above, error = claim.violations()
         if max(below[0], above[0]) > 4 * error[0]:
@@ -306,6 +342,10 @@ def allows(lower: Exact, upper: Exact, value: float, size: float) -> bool:
     return lower - slack <= Fraction(value) <= upper + slack
 
 
+def _exact(value: float) -> Exact:
+    return value if math.isinf(value) else Fraction(value)
+
+
 def _excess(bound: float, sigma: Exact, margin: Fraction, sign: int) -> Exact:
     """By how much σ − margin lies above (sign +1) or below (sign −1) the bound; infinities included."""
     if math.isinf(bound) or isinstance(sigma, float):
@@ -317,7 +357,13 @@ def _excess(bound: float, sigma: Exact, margin: Fraction, sign: int) -> Exact:
 def _said(query: str, answers: Answers) -> str:
     """What the engine said, in full precision."""
     if query == BOOLEAN:
-        return "overlap" if answers.hit[0] == 1 else "no overlap" if answers.hit[0] == 0 else "neither yes nor no"
+        return (
+            "overlap"
+            if answers.hit[0] == 1
+            else "no overlap"
+            if answers.hit[0] == 0
+            else "neither yes nor no"
+        )
     if query == RAYCAST:
         return f"a hit at t = {float(answers.t[0])!r}" if answers.hit[0] == 1 else "no hit"
     if query == CONTACTS and answers.hit[0] == 0:

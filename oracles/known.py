@@ -34,7 +34,12 @@ class Fault:
         """Whether this entry explains the finding."""
         if engine != self.engine or verdict.kind is Kind.REFERENCE_WRONG:
             return False
-        texts = ((self.query, scene.query), (self.pair, scene.cell.pair), (self.symptom, verdict.symptom), (self.regime, scene.regime))
+        texts = (
+            (self.query, scene.query),
+            (self.pair, scene.cell.pair),
+            (self.symptom, verdict.symptom),
+            (self.regime, scene.regime),
+        )
         fits = all(any(fnmatchcase(text, p) for p in patterns) for patterns, text in texts)
         return fits and not verdict.amount > self.at_most * scene.size
 
@@ -48,8 +53,17 @@ class KnownFaults:
     @classmethod
     def shipped(cls) -> KnownFaults:
         """Load the lists that come with the package."""
-        tables = sorted((f for f in files("oracles").joinpath("known").iterdir() if f.name.endswith(".toml")), key=lambda f: f.name)
-        return cls(tuple(fault for table in tables for fault in parse(table.name.removesuffix(".toml"), table.read_text("utf-8"))))
+        tables = sorted(
+            (f for f in files("oracles").joinpath("known").iterdir() if f.name.endswith(".toml")),
+            key=lambda f: f.name,
+        )
+        return cls(
+            tuple(
+                fault
+                for table in tables
+                for fault in parse(table.name.removesuffix(".toml"), table.read_text("utf-8"))
+            )
+        )
 
     def reason(self, engine: str, scene: Scene, verdict: Verdict) -> str | None:
         """Why this finding is expected; None when it is new."""
@@ -62,6 +76,14 @@ def parse(engine: str, text: str) -> Iterable[Fault]:
     for number, entry in enumerate(tomllib.loads(text).get("fault", []), start=1):
         unknown = set(entry) - names
         if unknown or not str(entry.get("reason", "")).strip():
-            raise ValueError(f"known faults of {engine}, entry {number}: needs a reason; unknown: {sorted(unknown)}")
-        values: dict[str, Any] = {k: tuple([v] if isinstance(v, str) else v) for k, v in entry.items() if k not in ("reason", "at_most")}
-        yield Fault(engine, " ".join(entry["reason"].split()), at_most=float(entry.get("at_most", "inf")), **values)
+            raise ValueError(
+                f"known faults of {engine}, entry {number}: needs a reason; unknown: {sorted(unknown)}"
+            )
+        values: dict[str, Any] = {
+            k: tuple([v] if isinstance(v, str) else v)
+            for k, v in entry.items()
+            if k not in ("reason", "at_most")
+        }
+        yield Fault(
+            engine, " ".join(entry["reason"].split()), at_most=float(entry.get("at_most", "inf")), **values
+        )

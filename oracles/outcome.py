@@ -30,7 +30,15 @@ class Kind(StrEnum):
 
 
 FINDINGS = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
-COMPARED = (Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.UNDECIDED, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
+COMPARED = (
+    Kind.AGREES,
+    Kind.CONVENTION,
+    Kind.WRONG,
+    Kind.UNDECIDED,
+    Kind.CRASHED,
+    Kind.TIMED_OUT,
+    Kind.REFERENCE_WRONG,
+)
 
 
 class Severity(StrEnum):
@@ -160,14 +168,22 @@ class Run:
     problems: list[str] = field(default_factory=list)
     """Sentences on whatever makes this run incomplete: supported cells with nothing compared, lost workers."""
 
-    def total(self, *, engine: str | None = None, query: str | None = None, pair: str | None = None,
-              regime: str | None = None, kinds: tuple[Kind, ...] | None = None) -> int:
+    def total(
+        self,
+        *,
+        engine: str | None = None,
+        query: str | None = None,
+        pair: str | None = None,
+        regime: str | None = None,
+        kinds: tuple[Kind, ...] | None = None,
+    ) -> int:
         """Sum of the counts that fit; None fits all."""
         wanted = (engine, query, pair, regime)
         return sum(
             n
             for key, n in self.counts.items()
-            if all(w is None or w == k for w, k in zip(wanted, key[:4], strict=True)) and (kinds is None or key[4] in kinds)
+            if all(w is None or w == k for w, k in zip(wanted, key[:4], strict=True))
+            and (kinds is None or key[4] in kinds)
         )
 
     @property

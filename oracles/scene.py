@@ -78,7 +78,13 @@ class Scene:
     def to_json(self) -> dict[str, Any]:
         """Plain data from which `from_json` rebuilds the scene to the bit."""
         shapes = [{"type": type(s).__name__, "numbers": s.pack().tolist()} for s in (self.a, self.b)]
-        return {"query": self.query, "a": shapes[0], "b": shapes[1], "regime": self.regime, "source": self.source}
+        return {
+            "query": self.query,
+            "a": shapes[0],
+            "b": shapes[1],
+            "regime": self.regime,
+            "source": self.source,
+        }
 
     @classmethod
     def from_json(cls, data: Any) -> Scene:

@@ -6,6 +6,7 @@ pair of them, alone or in batches; `table` names the algorithm of each pair; `ce
 """
 
 from refimpl.pairs import table
+from refimpl.proof import certify
 from refimpl.queries import collide, distance, intersect, raycast
 from refimpl.results import CollisionData, RayHit, Separation
 from refimpl.shapes import (
@@ -35,6 +36,7 @@ __all__ = [
     "ShapeError",
     "Sphere",
     "UnsupportedOperation",
+    "certify",
     "collide",
     "distance",
     "intersect",

@@ -72,13 +72,18 @@ def distance(a: Proxy, b: Proxy) -> Separation:
     rule, swapped = _rule(a, b, "distance")
     x, y = (b, a) if swapped else (a, b)
     if isinstance(x, Ray):
-        raise UnsupportedOperation(f"a Ray has no distance from a {type(y).__name__}: use raycast, or a Capsule of radius 0")
+        raise UnsupportedOperation(
+            f"a Ray has no distance from a {type(y).__name__}: use raycast, or a Capsule of radius 0"
+        )
     rows_x, rows_y, batch = _rows(x, y)
     parts = []
     for u, v in _chunks(type(x), rows_x, type(y), rows_y):
         u, v, exponent = _normalised(u, v)
         found = _ordered(rule, u, v)
-        lengths = (np.ldexp(found.distance, exponent), *(np.ldexp(w, exponent[:, None]) for w in (found.on_a, found.on_b)))
+        lengths = (
+            np.ldexp(found.distance, exponent),
+            *(np.ldexp(w, exponent[:, None]) for w in (found.on_a, found.on_b)),
+        )
         parts.append(Separation(*lengths, found.normal))
     columns = [np.concatenate([getattr(p, n) for p in parts]) for n in ("distance", "on_a", "on_b", "normal")]
     whole = Separation(*(c.reshape(batch + c.shape[1:])[()] for c in columns))
@@ -101,7 +106,9 @@ def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any =
     """
     wa, wb = _inverse_mass("inverse_mass_a", inverse_mass_a), _inverse_mass("inverse_mass_b", inverse_mass_b)
     if np.any((wa == 0) & (wb == 0)):
-        raise ValueError("inverse_mass_a and inverse_mass_b are both 0: two immovable bodies cannot be moved apart")
+        raise ValueError(
+            "inverse_mass_a and inverse_mass_b are both 0: two immovable bodies cannot be moved apart"
+        )
     found = distance(a, b)
     hit = found.distance <= 0
     depth = np.where(hit, -found.distance, 0.0)
@@ -129,7 +136,9 @@ def raycast(ray: Ray, b: Proxy) -> RayHit:
     rule, swapped = _rule(ray, b, "raycast")
     x, y = (b, ray) if swapped else (ray, b)
     if not isinstance(x, Ray):
-        raise UnsupportedOperation(f"raycast needs a Ray and a solid, got {type(ray).__name__} and {type(b).__name__}")
+        raise UnsupportedOperation(
+            f"raycast needs a Ray and a solid, got {type(ray).__name__} and {type(b).__name__}"
+        )
     rows_x, rows_y, batch = _rows(x, y)
     times, normals = [], []
     for u, v in _chunks(type(x), rows_x, type(y), rows_y):
@@ -155,7 +164,9 @@ def _rule(a: Proxy, b: Proxy, query: str) -> tuple[Rule, bool]:
         return TABLE[pair], False
     if pair[::-1] in TABLE:
         return TABLE[pair[::-1]], True
-    raise UnsupportedOperation(f"{query}: {pair[0].__name__} against {pair[1].__name__} is not a cell of the pair table")
+    raise UnsupportedOperation(
+        f"{query}: {pair[0].__name__} against {pair[1].__name__} is not a cell of the pair table"
+    )
 
 
 def _rows(x: Proxy, y: Proxy) -> tuple[Array, Array, tuple[int, ...]]:
@@ -164,7 +175,9 @@ def _rows(x: Proxy, y: Proxy) -> tuple[Array, Array, tuple[int, ...]]:
         batch = np.broadcast_shapes(x.batch_shape, y.batch_shape)
     except ValueError:
         raise ShapeError(f"batch shapes {x.batch_shape} and {y.batch_shape} do not broadcast") from None
-    packed = (np.broadcast_to(s.pack(), (*batch, type(s).width())).reshape(-1, type(s).width()) for s in (x, y))
+    packed = (
+        np.broadcast_to(s.pack(), (*batch, type(s).width())).reshape(-1, type(s).width()) for s in (x, y)
+    )
     return *packed, batch  # type: ignore[return-value]
 
 

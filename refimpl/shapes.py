@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from functools import cache
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from refimpl.linear import (
     Array,
@@ -43,7 +44,7 @@ def _vector(*, width: int = 3, minimum: float | None = None, nonzero: bool = Fal
 
 
 @cache
-def _layout(kind: type[Proxy]) -> tuple[tuple[str, int], ...]:
+def _layout(kind: Any) -> tuple[tuple[str, int], ...]:
     """Names and widths of a type's fields, in order; width 0 is a single number."""
     return tuple((f.name, f.metadata["width"]) for f in fields(kind))
 
@@ -60,7 +61,9 @@ class Proxy:
             width = spec.metadata["width"]
             value = self._numbers(spec.name, getattr(self, spec.name))
             if width and (value.ndim == 0 or value.shape[-1] != width):
-                raise ShapeError(f"{self._name(spec.name)}: expected {width} numbers, got an array of shape {value.shape}")
+                raise ShapeError(
+                    f"{self._name(spec.name)}: expected {width} numbers, got an array of shape {value.shape}"
+                )
             self._check(spec, value)
             columns.append(value)
         self._store(columns)
@@ -73,7 +76,9 @@ class Proxy:
         try:
             return as_floats(value)
         except (TypeError, ValueError, OverflowError) as error:
-            raise ShapeError(f"{self._name(name)}: not an array of real numbers: {value!r} ({error})") from None
+            raise ShapeError(
+                f"{self._name(name)}: not an array of real numbers: {value!r} ({error})"
+            ) from None
 
     def _check(self, spec: Any, value: Array) -> None:
         rules = spec.metadata
@@ -211,7 +216,9 @@ def as_quaternion(rotation: Any) -> Array:
     """Check a rotation: a quaternion (x, y, z, w), finite and not zero."""
     q = as_floats(rotation)
     if q.ndim == 0 or q.shape[-1] != 4 or not np.all(np.isfinite(q)) or np.any(np.all(q == 0, axis=-1)):
-        raise ShapeError(f"a rotation is a non-zero quaternion (x, y, z, w), got {np.asarray(rotation).tolist()!r}")
+        raise ShapeError(
+            f"a rotation is a non-zero quaternion (x, y, z, w), got {np.asarray(rotation).tolist()!r}"
+        )
     return q
 
 
@@ -230,6 +237,10 @@ class Point(Proxy):
 
     is_solid: ClassVar[bool] = False
     position: Array = _vector()
+
+    if TYPE_CHECKING:
+
+        def __init__(self, position: ArrayLike) -> None: ...
 
     @property
     def reference_point(self) -> Array:
@@ -262,6 +273,10 @@ class Ray(Proxy):
     is_solid: ClassVar[bool] = False
     origin: Array = _vector()
     direction: Array = _vector(nonzero=True)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, origin: ArrayLike, direction: ArrayLike) -> None: ...
 
     @property
     def reference_point(self) -> Array:
@@ -303,6 +318,10 @@ class Sphere(Proxy):
     center: Array = _vector()
     radius: Array = _number(minimum=0.0, open_end=True)
 
+    if TYPE_CHECKING:
+
+        def __init__(self, center: ArrayLike, radius: ArrayLike) -> None: ...
+
     @property
     def reference_point(self) -> Array:
         """The centre."""
@@ -335,6 +354,10 @@ class Capsule(Proxy):
     p: Array = _vector()
     q: Array = _vector()
     radius: Array = _number(minimum=0.0)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, p: ArrayLike, q: ArrayLike, radius: ArrayLike) -> None: ...
 
     @property
     def reference_point(self) -> Array:
@@ -372,6 +395,10 @@ class HalfSpace(Proxy):
     def _check_together(self) -> None:
         with np.errstate(over="ignore"):
             self._refuse("k", self.k, ~np.isfinite(self.magnitude), "puts the plane beyond the largest float")
+
+    if TYPE_CHECKING:
+
+        def __init__(self, normal: ArrayLike, k: ArrayLike) -> None: ...
 
     @property
     def magnitude(self) -> Array:
@@ -414,6 +441,10 @@ class AABB(Proxy):
     def _check_together(self) -> None:
         self._refuse("upper", self.upper, self.upper < self.lower, "must not be below AABB.lower")
 
+    if TYPE_CHECKING:
+
+        def __init__(self, lower: ArrayLike, upper: ArrayLike) -> None: ...
+
     @property
     def reference_point(self) -> Array:
         """The centre."""
@@ -431,7 +462,9 @@ class AABB(Proxy):
 
     def rotated(self, rotation: Any) -> Self:
         """Raise: an axis-aligned box does not stay one."""
-        raise UnsupportedOperation("an AABB cannot be rotated: it stays aligned with the axes; use Box (AABB.to_box())")
+        raise UnsupportedOperation(
+            "an AABB cannot be rotated: it stays aligned with the axes; use Box (AABB.to_box())"
+        )
 
     def _scaled(self, factor: Array) -> Self:
         return self._trusted(scale(factor, self.lower), scale(factor, self.upper))
@@ -454,6 +487,10 @@ class Box(Proxy):
     half_extents: Array = _vector(minimum=0.0)
     rotation: Array = _vector(width=4, nonzero=True)
 
+    if TYPE_CHECKING:
+
+        def __init__(self, center: ArrayLike, half_extents: ArrayLike, rotation: ArrayLike) -> None: ...
+
     @property
     def magnitude(self) -> Array:
         """Largest absolute coordinate or extent: a quaternion's length is no length of the scene."""
@@ -471,9 +508,10 @@ class Box(Proxy):
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""
         q = as_quaternion(rotation)
-        product = quaternion_product(q / largest(q)[..., None], self.rotation / largest(self.rotation)[..., None])
+        product = quaternion_product(
+            q / largest(q)[..., None], self.rotation / largest(self.rotation)[..., None]
+        )
         return type(self)(_turn(rotation, self.center), self.half_extents, product)
 
     def _scaled(self, factor: Array) -> Self:
         return self._trusted(scale(factor, self.center), scale(factor, self.half_extents), self.rotation)
-

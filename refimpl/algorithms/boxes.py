@@ -14,7 +14,18 @@ import numpy as np
 
 from refimpl.algorithms.nearest import best_normal, box_excess, parameter_towards_box, widest, without
 from refimpl.algorithms.rounds import grown
-from refimpl.linear import Array, Bools, apply, apply_inverse, cross, dot, norm, rotation_matrix, scale, unit_or
+from refimpl.linear import (
+    Array,
+    Bools,
+    apply,
+    apply_inverse,
+    cross,
+    dot,
+    norm,
+    rotation_matrix,
+    scale,
+    unit_or,
+)
 from refimpl.results import Separation, where
 from refimpl.shapes import AABB, Box, Capsule, Point, Sphere
 
@@ -45,7 +56,9 @@ class Frame:
 
     def world_separation(self, sep: Separation) -> Separation:
         """Bring a separation from local to world coordinates."""
-        return Separation(sep.distance, self.world(sep.on_a), self.world(sep.on_b), apply(self.matrix, sep.normal))
+        return Separation(
+            sep.distance, self.world(sep.on_a), self.world(sep.on_b), apply(self.matrix, sep.normal)
+        )
 
 
 def point_in_frame(y: Array, half: Array) -> Separation:

@@ -97,7 +97,9 @@ def parameter_towards_box(start: Array, step: Array, half: Array) -> Array:
     outside = before | after
     speed = speed[..., None, :]
     slope = np.where(outside, speed * speed, 0.0)
-    way = np.where(outside, speed * (np.where(after, side[..., None, :], -side[..., None, :]) - start[..., None, :]), 0.0)
+    way = np.where(
+        outside, speed * (np.where(after, side[..., None, :], -side[..., None, :]) - start[..., None, :]), 0.0
+    )
     slope = slope[..., 0] + slope[..., 1] + slope[..., 2]
     way = way[..., 0] + way[..., 1] + way[..., 2]
     with np.errstate(over="ignore"):

@@ -17,7 +17,7 @@ Entry = tuple[Array, Array]
 
 
 def _round_entry(offset: Array, direction: Array, radius: Array) -> Array:
-    """Time at which offset + t·direction comes within `radius` of 0, if it ever does; −inf without direction.
+    """Time at which offset + t·direction comes within `radius` of 0, if it ever does; inf without direction.
 
     The half chord is taken at the nearest point of the line, where r² − d² = (r − d)(r + d) does not cancel.
     """
@@ -29,7 +29,7 @@ def _round_entry(offset: Array, direction: Array, radius: Array) -> Array:
     chord = (radius - nearest) * (radius + nearest) / square
     time = np.where(chord >= 0, middle - np.sqrt(np.maximum(chord, 0.0)), np.inf)
     leaves = middle + np.sqrt(np.maximum(chord, 0.0))
-    return np.where(still, -np.inf, np.where(leaves >= 0, time, np.inf))
+    return np.where(~still & (leaves >= 0), time, np.inf)
 
 
 def ray_sphere(ray: Ray, s: Sphere) -> Entry:
@@ -49,9 +49,10 @@ def ray_capsule(ray: Ray, c: Capsule) -> Entry:
     axis, offset = c.q - c.p, ray.origin - c.p
     length = dot(axis, axis)
     side = _round_entry(without(offset, axis), without(ray.direction, axis), c.radius)
+    first = np.maximum(side, 0.0)  # a line that entered the side before t = 0 is inside it now, or not in the solid
     with np.errstate(invalid="ignore"):
-        along = dot(offset + scale(side, ray.direction), axis)
-    times = [np.where((along >= 0) & (along <= length), side, np.inf)]
+        along = dot(offset + scale(first, ray.direction), axis)
+    times = [np.where((along >= 0) & (along <= length), first, np.inf)]
     times += [_round_entry(ray.origin - end, ray.direction, c.radius) for end in (c.p, c.q)]
     t = np.maximum(np.minimum(np.minimum(times[0], times[1]), times[2]), 0.0)
     t = np.where(norm(ray.origin - nearest_on_segment(ray.origin, c.p, c.q)) <= c.radius, 0.0, t)
@@ -87,7 +88,9 @@ def ray_box(ray: Ray, b: Box) -> Entry:
     """First time of a ray in a box: the three slabs of its frame. Closed form."""
     matrix = rotation_matrix(b.rotation)
     origin = apply_inverse(matrix, ray.origin - b.center)
-    t, outward = _slabs(-b.half_extents - origin, b.half_extents - origin, apply_inverse(matrix, ray.direction))
+    t, outward = _slabs(
+        -b.half_extents - origin, b.half_extents - origin, apply_inverse(matrix, ray.direction)
+    )
     return t, apply(matrix, outward)
 
 

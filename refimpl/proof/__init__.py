@@ -1,0 +1,30 @@
+"""Proofs of signed distances and ray times: `certify` makes a certificate, `check` believes only what it verifies."""
+
+from refimpl.proof.certify import certify
+from refimpl.proof.checker import (
+    Certificate,
+    Claim,
+    Common,
+    Core,
+    Escape,
+    InvalidCertificate,
+    Near,
+    Separated,
+    check,
+)
+from refimpl.proof.wire import from_json, to_json
+
+__all__ = [
+    "Certificate",
+    "Claim",
+    "Common",
+    "Core",
+    "Escape",
+    "InvalidCertificate",
+    "Near",
+    "Separated",
+    "certify",
+    "check",
+    "from_json",
+    "to_json",
+]

@@ -1,0 +1,87 @@
+"""Exact vectors, and the proxies as hulls of a few rational points.
+
+This reading of the shapes is another one than the checker's, so that a mistake in either shows.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+from refimpl.shapes import AABB, Box, Capsule, Point, Proxy, Sphere
+
+Vector = tuple[Any, Any, Any]
+ZERO = (0, 0, 0)
+AXES = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
+
+
+def dot(u: Vector, v: Vector) -> Any:
+    """Scalar product."""
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+def cross(u: Vector, v: Vector) -> Vector:
+    """Vector product."""
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+def along(start: Vector, factor: Any, way: Vector) -> Vector:
+    """Point start + factor·way."""
+    return start[0] + factor * way[0], start[1] + factor * way[1], start[2] + factor * way[2]
+
+
+def minus(u: Vector, v: Vector) -> Vector:
+    """Difference."""
+    return u[0] - v[0], u[1] - v[1], u[2] - v[2]
+
+
+def opposite(v: Vector) -> Vector:
+    """Give −v."""
+    return -v[0], -v[1], -v[2]
+
+
+def root(square: Fraction, bits: int = 160) -> tuple[Fraction, Fraction]:
+    """Square root from below and above, with about `bits` leading bits; both are equal when it is rational."""
+    radicand = square.numerator * square.denominator
+    shift = max(0, bits - radicand.bit_length() // 2)
+    radicand <<= 2 * shift
+    whole, scale = math.isqrt(radicand), square.denominator << shift
+    return Fraction(whole, scale), Fraction(whole + (whole * whole < radicand), scale)
+
+
+def rationals(array: Any) -> Any:
+    """Exact numbers of a field."""
+    return tuple(Fraction(x) for x in array.tolist())
+
+
+def frame(box: AABB | Box) -> tuple[Vector, Vector, tuple[Vector, Vector, Vector]]:
+    """Centre, half extents, and axes of length 1."""
+    if isinstance(box, AABB):
+        low, high = rationals(box.lower), rationals(box.upper)
+        half = along(ZERO, Fraction(1, 2), minus(high, low))
+        return along(low, 1, half), half, (AXES[0], AXES[1], AXES[2])
+    *v, w = rationals(box.rotation)
+    turned = []
+    for i, e in enumerate(AXES):  # (w² + v²) R e = (w² − v²) e + 2 (v·e) v + 2 w v × e
+        image = along(along(ZERO, w * w - dot(v, v), e), 2 * v[i], v)
+        turned.append(along(ZERO, 1 / (w * w + dot(v, v)), along(image, 2 * w, cross(v, e))))
+    return rationals(box.center), rationals(box.half_extents), (turned[0], turned[1], turned[2])
+
+
+def core(shape: Proxy) -> tuple[list[Vector], Fraction]:
+    """Points whose hull, widened by a ball, is the bounded `shape`; and that ball's radius."""
+    match shape:
+        case Point():
+            return [rationals(shape.position)], Fraction(0)
+        case Sphere():
+            return [rationals(shape.center)], Fraction(shape.radius.tolist())
+        case Capsule():
+            return list({rationals(shape.p): 1, rationals(shape.q): 1}), Fraction(shape.radius.tolist())
+        case AABB() | Box():
+            centre, half, axes = frame(shape)
+            corners = [centre]
+            for h, axis in zip(half, axes, strict=True):
+                corners = [along(c, s, axis) for c in corners for s in {h: 1, -h: 1}]  # one where flat
+            return corners, Fraction(0)
+    raise TypeError(f"{type(shape).__name__} is not the hull of points")

@@ -1,0 +1,154 @@
+"""Certificates as JSON: numbers stay exactly what they are.
+
+A double is a JSON number (its shortest decimal form names it), a rational a string "p/q", and infinity the
+string "inf" or "-inf". What is read back is only known to be well-formed; `check` decides what it is worth.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+from refimpl.proof.checker import (
+    MAX_BITS,
+    MAX_ITEMS,
+    Bound,
+    Certificate,
+    Claim,
+    Common,
+    Core,
+    Escape,
+    InvalidCertificate,
+    Near,
+    Number,
+    Separated,
+    Vector,
+)
+
+DECIMAL_BITS = (
+    12_000  # Python turns only about 4300 digits into decimals; longer numbers are written to base 16
+)
+INTEGER = "(?:0|[1-9][0-9]{0,3999}|0x[0-9a-f]+)"
+RATIONAL = re.compile(f"-?{INTEGER}(?:/{INTEGER})?")
+
+
+def to_json(certificate: Certificate) -> dict[str, Any]:
+    """Turn a certificate into what ``json.dumps`` takes."""
+    names = {kind: name for name, (kind, _) in KINDS.items()}
+    claims = [
+        {"kind": names[type(claim)], **{key: _encode(value) for key, value in vars(claim).items()}}
+        for claim in certificate.claims
+    ]
+    return {"lower": _encode(certificate.lower), "upper": _encode(certificate.upper), "claims": claims}
+
+
+def from_json(data: Any) -> Certificate:
+    """Read what `to_json` gave.
+
+    Raises
+    ------
+    InvalidCertificate
+        For anything else: another structure, unknown kinds or fields, too many or too long numbers.
+    """
+    fields = _mapping(data, ("lower", "upper", "claims"), "certificate")
+    claims = tuple(_claim(item) for item in _items(fields.get("claims"), "claims"))
+    lower, upper = fields.get("lower", "-inf"), fields.get("upper", "inf")
+    return Certificate(claims, _bound(lower, "lower"), _bound(upper, "upper"))
+
+
+def _encode(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_encode(v) for v in value]
+    if isinstance(value, Fraction):
+        return f"{_digits(value.numerator)}/{_digits(value.denominator)}"
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, int) and abs(value) > 1 << 53:  # not every reader of JSON keeps it
+        return _digits(value)
+    return value
+
+
+def _digits(value: int) -> str:
+    return str(value) if value.bit_length() <= DECIMAL_BITS else hex(value)
+
+
+def _claim(data: Any) -> Claim:
+    name = data.get("kind") if isinstance(data, dict) else None
+    if not isinstance(name, str) or name not in KINDS:
+        raise InvalidCertificate(f"a claim's kind must be one of {', '.join(KINDS)}")
+    kind, parts = KINDS[name]
+    fields = _mapping(data, ("kind", *parts), name)
+    return kind(**{part: parse(fields.get(part), f"{name}.{part}") for part, parse in parts.items()})
+
+
+def _mapping(data: Any, names: tuple[str, ...], what: str) -> dict[str, Any]:
+    if not isinstance(data, dict) or not set(data) <= set(names):
+        raise InvalidCertificate(f"{what}: expected an object with the names {', '.join(names)}")
+    return data
+
+
+def _items(data: Any, what: str, count: int | None = None) -> list[Any]:
+    if not isinstance(data, list) or len(data) > MAX_ITEMS or (count is not None and len(data) != count):
+        raise InvalidCertificate(f"{what}: expected a list of {count or f'at most {MAX_ITEMS}'} items")
+    return data
+
+
+def _number(data: Any, what: str) -> Number:
+    if isinstance(data, str) and len(data) <= MAX_BITS and RATIONAL.fullmatch(data):
+        numerator, _, denominator = data.partition("/")
+        divisor = int(denominator, 0) if denominator else 1
+        if divisor:
+            return Fraction(int(numerator, 0), divisor)
+    elif type(data) is int or (isinstance(data, float) and math.isfinite(data)):
+        return data
+    raise InvalidCertificate(f"{what}: expected a finite number, or a rational such as '1/3'")
+
+
+def _bound(data: Any, what: str) -> Bound:
+    if data in ("inf", "-inf"):
+        return float(data)
+    number = _number(data, what)
+    return number if isinstance(number, float) else Fraction(number)
+
+
+def _optional_number(data: Any, what: str) -> Number | None:
+    return None if data is None else _number(data, what)
+
+
+def _vector(data: Any, what: str) -> Vector:
+    x, y, z = (_number(v, what) for v in _items(data, what, 3))
+    return x, y, z
+
+
+def _optional_vector(data: Any, what: str) -> Vector | None:
+    return None if data is None else _vector(data, what)
+
+
+def _pairs(data: Any, what: str) -> tuple[tuple[Vector, Vector], ...]:
+    pairs = [_items(pair, what, 2) for pair in _items(data, what)]
+    return tuple((_vector(p, what), _vector(q, what)) for p, q in pairs)
+
+
+def _triangles(data: Any, what: str) -> tuple[tuple[int, int, int], ...]:
+    triangles = [_items(triangle, what, 3) for triangle in _items(data, what)]
+    if any(type(i) is not int for triangle in triangles for i in triangle):
+        raise InvalidCertificate(f"{what}: expected indices of pairs")
+    return tuple((i, j, k) for i, j, k in triangles)
+
+
+def _flag(data: Any, what: str) -> bool:
+    if not isinstance(data, bool):
+        raise InvalidCertificate(f"{what}: expected true or false")
+    return data
+
+
+KINDS: dict[str, tuple[type[Claim], dict[str, Callable[[Any, str], Any]]]] = {
+    "separated": (Separated, {"n": _vector, "until": _optional_number}),
+    "escape": (Escape, {"n": _vector}),
+    "near": (Near, {"a": _vector, "b": _vector}),
+    "common": (Common, {"p": _optional_vector, "time": _optional_number}),
+    "core": (Core, {"pairs": _pairs, "triangles": _triangles, "directions": _flag}),
+}
