@@ -1,0 +1,1 @@
+"""Everything that questions an engine: adapters, scenes, judge, buckets and the campaign."""

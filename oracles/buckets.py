@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from oracles.judge import decade_of
 from oracles.known import KnownFaults
 from oracles.outcome import Bucket, Finding, Kind, Severity
 from oracles.scene import Scene
+from oracles.words import decade_of
 
 KEY = tuple[str, str, str, str, int | None]
 
@@ -33,9 +33,7 @@ class Buckets:
     found: dict[KEY, Bucket] = field(default_factory=dict)
     _tried: dict[tuple[object, ...], int] = field(default_factory=dict)
 
-    def wants_proof(
-        self, engine: str, query: str, pair: str, symptom: str, decade: int | None, regime: str
-    ) -> bool:
+    def wants_proof(self, engine: str, query: str, pair: str, symptom: str, decade: int | None, regime: str) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
         key = (engine, query, pair, symptom, decade, regime)
         tried = self._tried.get(key, 0)

@@ -16,24 +16,25 @@ from datetime import UTC, datetime
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
+from oracles.answers import reference_answers, said, take
 from oracles.buckets import Buckets
 from oracles.draws import NumpyDraws
-from oracles.answers import reference_answers, said, take
 from oracles.engine import Answers, Engine, SupportKind
 from oracles.engines import load_engine
 from oracles.hunt import hunt
-from oracles.judge import Judge, audit, decade_of
+from oracles.judge import Judge, audit
 from oracles.known import KnownFaults
 from oracles.outcome import Finding, Kind, Run, SupportNote, Verdict
 from oracles.regimes import REGIMES, reasons
 from oracles.scene import Cell, Scene, cells
+from oracles.words import decade_of
 from oracles.worker import EngineWorker
-from refimpl.linear import Array
 from refimpl.shapes import Proxy
 
 FIRST_PASS, LARGEST_PASS = 6, 200
-GIVE_UP_AFTER = 2
+GIVE_UP_AFTER = 1
 HUNT_SHARE = 0.35
 LOOK_AHEAD = 3
 
@@ -61,7 +62,7 @@ class Batch:
     a: Proxy
     b: Proxy
     regimes: list[str]
-    groups: Array
+    groups: NDArray[np.int_]
     source: str
 
     @classmethod
@@ -116,10 +117,7 @@ class Campaign:
 
     def supported(self, engine: str, cell: Cell) -> bool:
         """Whether the engine answers this cell."""
-        return (
-            self.engines[engine].support(cell.query, cell.type_a, cell.type_b).kind
-            is not SupportKind.UNSUPPORTED
-        )
+        return self.engines[engine].support(cell.query, cell.type_a, cell.type_b).kind is not SupportKind.UNSUPPORTED
 
     def cells_of(self, pair: PairKey) -> list[Cell]:
         """Cells of one pair."""
@@ -234,9 +232,7 @@ class Campaign:
     def file(self, name: str, scene: Scene, answers: Answers, verdict: Verdict) -> None:
         """File a proven finding; one against the reference ends the run."""
         reference = reference_answers(scene.query, scene.a[None], scene.b[None])
-        finding = Finding(
-            name, scene, said(answers, 0), said(reference, 0), verdict, answers.errors.get(0, "")
-        )
+        finding = Finding(name, scene, said(answers, 0), said(reference, 0), verdict, answers.errors.get(0, ""))
         self.buckets.add_proven(finding)
         self.run.buckets = list(self.buckets.found.values())
         if verdict.kind is Kind.REFERENCE_WRONG:
@@ -263,9 +259,7 @@ class Campaign:
 
     def hunting(self, number: int, until: float) -> None:
         """Let Hypothesis attack every supported cell in turn, in an order drawn from the seed."""
-        targets = [
-            (n, c) for p in self.pairs for c in self.cells_of(p) for n in self.engines if self.supported(n, c)
-        ]
+        targets = [(n, c) for p in self.pairs for c in self.cells_of(p) for n in self.engines if self.supported(n, c)]
         order = np.random.default_rng([self.run.seed, number, 1]).permutation(len(targets))
         for done, index in enumerate(order):
             left = until - self.elapsed
@@ -327,7 +321,7 @@ def run_campaign(
     seed: int,
     listener: Listener | None = None,
     pairs: Sequence[str] | None = None,
-    call_limit: float = 1.0,
+    call_limit: float = 0.5,
     known: KnownFaults | None = None,
 ) -> Run:
     """Question engines for about `budget` seconds and answer with everything that was found.
@@ -366,9 +360,7 @@ def run_campaign(
         for cell in (c for c in cells() if (c.type_a, c.type_b) in wanted):
             for engine in named.values():
                 support = engine.support(cell.query, cell.type_a, cell.type_b)
-                run.support[engine.name, cell.query, cell.pair] = SupportNote(
-                    support.kind.value, support.reason
-                )
+                run.support[engine.name, cell.query, cell.pair] = SupportNote(support.kind.value, support.reason)
         if listener is not None:
             listener.started(run.engines, len(run.support))
         try:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oracles.engine import Answers
-from oracles.scene import BOOLEAN, CONTACTS, RAYCAST
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray, distance
 from refimpl.linear import Array, Bools, dot, norm, scale
 
@@ -111,13 +111,15 @@ class Questioned:
     def not_a_number(self) -> Bools:
         """Rows in which the engine owes a number and gave none."""
         answers, hit = self.answers, self.answers.hit == 1
-        owed = {
-            BOOLEAN: np.isnan(answers.hit),
-            RAYCAST: np.isnan(answers.hit) | (hit & ~np.isfinite(answers.t)),
-            CONTACTS: np.isnan(answers.hit)
-            | (hit & (np.isnan(answers.distance) | np.isnan(answers.normal).any(axis=-1))),
+        empty = np.isnan(answers.hit)
+        unmeasured = hit & (np.isnan(answers.distance) | np.isnan(answers.normal).any(axis=-1))
+        owed: dict[str, Bools] = {
+            BOOLEAN: empty,
+            RAYCAST: empty | (hit & ~np.isfinite(answers.t)),
+            CONTACTS: empty | unmeasured,
+            DISTANCE: np.isnan(answers.distance),
         }
-        return self.answered & owed.get(self.query, np.isnan(answers.distance))
+        return self.answered & owed[self.query]
 
     def _claim(
         self,
@@ -160,9 +162,7 @@ class Questioned:
 
     def _normal_claim(self, made: Bools, margin: Array) -> Iterator[Claim]:
         """Moving B back along the normal by the signed distance makes the two touch."""
-        move = np.where(
-            made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0
-        )
+        move = np.where(made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0)
         made = made & (np.abs(move).max(axis=-1) < 1e150)
         moved = self.b.translated(np.where(made[:, None], move, 0.0))
         zero = self._nothing
@@ -219,9 +219,7 @@ class Questioned:
         way = norm(point - ray.origin)
         yield self._claim(until, self.b, (zero, -free), (RAY_LATE, ""), VALUE, hit & (way > 0), margin, way, rounding)
         normal = answers.normal
-        named = (
-            hit & np.isfinite(normal).all(axis=-1) & (norm(np.where(np.isfinite(normal), normal, 0.0)) > 0)
-        )
+        named = hit & np.isfinite(normal).all(axis=-1) & (norm(np.where(np.isfinite(normal), normal, 0.0)) > 0)
         outward = np.where(named[:, None], normal, np.array([0.0, 0.0, 1.0]))
         beyond: Proxy = HalfSpace(-outward, dot(outward, point))
         if isinstance(self.b, HalfSpace):  # two half-spaces overlap without end at the least tilt

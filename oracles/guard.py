@@ -265,6 +265,7 @@ class Guard:
         else:
             ended = f"the process ended with exit status {os.waitstatus_to_exitcode(status)}"
         words = last_words()
+        _forget_log()
         return f"{ended}: {words}" if words else ended
 
     def _dismiss(self) -> None:
@@ -308,10 +309,11 @@ def _shorten_log() -> None:
 
 
 def last_words() -> str:
-    """End of what was printed last, on one line."""
+    """What was printed last, on one line: its beginning, which names an error, and its end."""
     size = os.fstat(1).st_size
-    text = os.pread(1, 2000, max(0, size - 2000)).decode("utf-8", "replace")
-    return " | ".join(line.strip() for line in text.splitlines() if line.strip())[-LONGEST_TEXT:]
+    text = os.pread(1, 4000, max(0, size - 4000)).decode("utf-8", "replace")
+    line = " | ".join(line.strip() for line in text.splitlines() if line.strip())
+    return line if len(line) <= LONGEST_TEXT else f"{line[: LONGEST_TEXT * 3 // 4]} … {line[-LONGEST_TEXT // 4 :]}"
 
 
 def main(descriptor: int, spec: str, call_limit: float) -> None:

@@ -11,10 +11,11 @@ from hypothesis import HealthCheck, Phase, given, settings, target
 
 from oracles.buckets import clumsiness_of_scene
 from oracles.engine import Answers
-from oracles.judge import Judge, decade_of
+from oracles.judge import Judge
 from oracles.outcome import CountKey, Kind, Verdict
 from oracles.scene import Cell, Scene
 from oracles.strategies import scenes
+from oracles.words import decade_of
 from oracles.worker import EngineWorker
 
 MANY_EXAMPLES = 300

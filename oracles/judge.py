@@ -14,11 +14,12 @@ from fractions import Fraction
 
 import numpy as np
 
-from oracles.claims import NOT_A_NUMBER, REFERENCE_ERROR, WRONG_BOOLEANS, Claim, Questioned
 from oracles.answers import reference_answers, take
+from oracles.claims import NOT_A_NUMBER, REFERENCE_ERROR, Claim, Questioned
 from oracles.engine import Answers, Bound, Convention, Engine, Status
 from oracles.outcome import Kind, Severity, Verdict
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Cell, Scene
+from oracles.scene import DISTANCE, RAYCAST, Cell, Scene
+from oracles.words import conviction, said_of, severity_of
 from refimpl import Point, Proxy, Ray, distance, raycast
 from refimpl.linear import Array, Bools
 from refimpl.proof import Certificate, InvalidCertificate, certify, check
@@ -168,7 +169,7 @@ class Judge:
         a, b = scene.a[None], scene.b[None]
         nominal = self._questioned(cell, a, b, answers, effective=False)
         if nominal.not_a_number()[0]:
-            said = _said(scene.query, answers)
+            said = said_of(scene.query, answers)
             return Verdict(
                 Kind.WRONG, NOT_A_NUMBER, Severity.LOST, math.inf, claim=f"{self.engine.name} answers {said}"
             )
@@ -177,9 +178,7 @@ class Judge:
             return found
         first = np.array([found.symptom], dtype=object)
         if self._excused(cell, nominal, first)[0]:
-            return Verdict(
-                Kind.CONVENTION, found.symptom, None, found.amount, found.lower, found.upper, found.claim
-            )
+            return Verdict(Kind.CONVENTION, found.symptom, None, found.amount, found.lower, found.upper, found.claim)
         return self._at_most_effective(cell, a, b, answers, scene, found)
 
     def _at_most_effective(
@@ -219,9 +218,7 @@ class Judge:
             certificate = certify(x, y)
             interval = check(certificate, x, y)
         except InvalidCertificate as refused:
-            return Verdict(
-                Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=proof_scene
-            )
+            return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=proof_scene)
         lower, upper = interval
         sigma = float(distance(x, y).distance)
         if not allows(lower, upper, sigma, proof_scene.size):
@@ -259,41 +256,10 @@ class Judge:
         scene: Scene,
     ) -> Verdict:
         lower, upper = float(interval[0]), float(interval[1])
-        said = _said(scene.query, rows.answers)
-        own = proof_scene.a is rows.a or (
-            type(proof_scene.a) is type(scene.a)
-            and type(proof_scene.b) is type(scene.b)
-            and np.array_equal(proof_scene.a.pack(), scene.a.pack())
-            and np.array_equal(proof_scene.b.pack(), scene.b.pack())
-        )
-        truth = (
-            f"the signed distance is proven to be {_between(lower, upper)}"
-            if own
-            else (
-                f"the signed distance of {type(proof_scene.a).__name__} and {type(proof_scene.b).__name__} below is proven to be "
-                f"{_between(lower, upper)}"
-            )
-        )
-        claim = f"{self.engine.name} answers {said}: {word}; {truth}, so it is wrong by at least {float(amount):.3g}."
+        said = said_of(scene.query, rows.answers)
+        claim = conviction(self.engine.name, said, word, (lower, upper), float(amount))
         severity = severity_of(word, float(amount), scene.size) if kind is Kind.WRONG else None
         return Verdict(kind, word, severity, float(amount), lower, upper, claim, certificate, proof_scene)
-
-
-def severity_of(symptom: str, amount: float, size: float) -> Severity:
-    """How wrong: a wrong boolean is the worst, then by the amount against the scene's size."""
-    if symptom in WRONG_BOOLEANS:
-        return Severity.BOOLEAN
-    ratio = amount / size if size > 0 else math.inf
-    if ratio > 0.1:
-        return Severity.GROSS
-    return Severity.LARGE if ratio > 1e-3 else Severity.SMALL
-
-
-def decade_of(amount: float, size: float) -> int | None:
-    """Decade of an error relative to the scene's size; None where it has no amount."""
-    if not (0 < amount < math.inf and size > 0):
-        return None
-    return math.floor(math.log10(amount / size))
 
 
 def audit(a: Proxy, b: Proxy) -> Verdict:
@@ -324,9 +290,7 @@ def audit(a: Proxy, b: Proxy) -> Verdict:
 
 def _ray_claims_hold(scene: Scene) -> bool:
     a, b = scene.a[None], scene.b[None]
-    rows = Questioned(
-        RAYCAST, a, b, np.zeros(1), np.zeros(1), reference_answers(RAYCAST, a, b), np.ones(1, dtype=bool)
-    )
+    rows = Questioned(RAYCAST, a, b, np.zeros(1), np.zeros(1), reference_answers(RAYCAST, a, b), np.ones(1, dtype=bool))
     for claim in rows.claims():
         below, above, error = claim.violations()
         if max(below[0], above[0]) > 4 * error[0]:
@@ -352,24 +316,3 @@ def _excess(bound: float, sigma: Exact, margin: Fraction, sign: int) -> Exact:
         difference = float(sigma) - float(margin) - bound
         return -math.inf if math.isnan(difference) else sign * difference
     return sign * (sigma - margin - Fraction(bound))
-
-
-def _said(query: str, answers: Answers) -> str:
-    """What the engine said, in full precision."""
-    if query == BOOLEAN:
-        return (
-            "overlap"
-            if answers.hit[0] == 1
-            else "no overlap"
-            if answers.hit[0] == 0
-            else "neither yes nor no"
-        )
-    if query == RAYCAST:
-        return f"a hit at t = {float(answers.t[0])!r}" if answers.hit[0] == 1 else "no hit"
-    if query == CONTACTS and answers.hit[0] == 0:
-        return "no contact"
-    return f"a signed distance of {float(answers.distance[0])!r}"
-
-
-def _between(lower: float, upper: float) -> str:
-    return f"{lower!r}" if lower == upper else f"between {lower!r} and {upper!r}"

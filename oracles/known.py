@@ -59,9 +59,7 @@ class KnownFaults:
         )
         return cls(
             tuple(
-                fault
-                for table in tables
-                for fault in parse(table.name.removesuffix(".toml"), table.read_text("utf-8"))
+                fault for table in tables for fault in parse(table.name.removesuffix(".toml"), table.read_text("utf-8"))
             )
         )
 
@@ -76,14 +74,8 @@ def parse(engine: str, text: str) -> Iterable[Fault]:
     for number, entry in enumerate(tomllib.loads(text).get("fault", []), start=1):
         unknown = set(entry) - names
         if unknown or not str(entry.get("reason", "")).strip():
-            raise ValueError(
-                f"known faults of {engine}, entry {number}: needs a reason; unknown: {sorted(unknown)}"
-            )
+            raise ValueError(f"known faults of {engine}, entry {number}: needs a reason; unknown: {sorted(unknown)}")
         values: dict[str, Any] = {
-            k: tuple([v] if isinstance(v, str) else v)
-            for k, v in entry.items()
-            if k not in ("reason", "at_most")
+            k: tuple([v] if isinstance(v, str) else v) for k, v in entry.items() if k not in ("reason", "at_most")
         }
-        yield Fault(
-            engine, " ".join(entry["reason"].split()), at_most=float(entry.get("at_most", "inf")), **values
-        )
+        yield Fault(engine, " ".join(entry["reason"].split()), at_most=float(entry.get("at_most", "inf")), **values)

@@ -111,9 +111,7 @@ def _at_gap(a: Proxy, b: Proxy, gap: Array) -> Pair:
     """Move B along the normal until the signed distance is about `gap`; pairs without end stay."""
     sigma, normal = _signed_gap(a, b)
     finite = np.isfinite(sigma)
-    move = scale(
-        np.where(finite, gap - np.where(finite, sigma, 0.0), 0.0), np.where(finite[:, None], normal, 0.0)
-    )
+    move = scale(np.where(finite, gap - np.where(finite, sigma, 0.0), 0.0), np.where(finite[:, None], normal, 0.0))
     return a, b.translated(move)
 
 
@@ -200,9 +198,7 @@ def face_on_face(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair
     """Stacked squarely, with a gap or overlap of 0 or a little: whole faces are nearest."""
     a, b = round_body(draws), round_body(draws)
     axis = draws.choice((2, 0, 1)).astype(int)
-    offset = np.where(
-        np.arange(3) == axis[:, None], scale(draws.choice((1.0, -1.0)), a.extents + b.extents), 0.0
-    )
+    offset = np.where(np.arange(3) == axis[:, None], scale(draws.choice((1.0, -1.0)), a.extents + b.extents), 0.0)
     slide = np.where(np.arange(3) == axis[:, None], 0.0, draws.choice((0.0, 0.5, -0.25, 1.0), 3))
     gap = draws.choice((0.0, 1e-12, -1e-12, 1e-6, -1e-6, 1e-3, -1e-3, 0.5))
     stacked = replace(b, place=a.place + offset + slide, rotation=np.broadcast_to(IDENTITY, b.rotation.shape))
@@ -214,9 +210,7 @@ def face_on_face(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair
 def sliver(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
     """Extents a thousand to a billion times smaller in some directions: needles, sheets, hairs."""
     a, b = random_body(draws), random_body(draws)
-    thin_a, thin_b = (
-        np.where(draws.choice((1.0, 0.0), 3) == 1, log_uniform(draws, -9, -3, 3), 1.0) for _ in range(2)
-    )
+    thin_a, thin_b = (np.where(draws.choice((1.0, 0.0), 3) == 1, log_uniform(draws, -9, -3, 3), 1.0) for _ in range(2))
     pair = (
         replace(a, extents=a.extents * thin_a).make(kind_a),
         replace(b, extents=b.extents * thin_b).make(kind_b),

@@ -83,18 +83,14 @@ def rotation_matrix(quaternion: Array) -> Array:
 def apply(matrix: Array, v: Array) -> Array:
     """Matrix times vector, both over their last axes."""
     return (
-        scale(v[..., 0], matrix[..., :, 0])
-        + scale(v[..., 1], matrix[..., :, 1])
-        + scale(v[..., 2], matrix[..., :, 2])
+        scale(v[..., 0], matrix[..., :, 0]) + scale(v[..., 1], matrix[..., :, 1]) + scale(v[..., 2], matrix[..., :, 2])
     )
 
 
 def apply_inverse(matrix: Array, v: Array) -> Array:
     """Transposed matrix times vector: the inverse of a rotation."""
     return (
-        scale(v[..., 0], matrix[..., 0, :])
-        + scale(v[..., 1], matrix[..., 1, :])
-        + scale(v[..., 2], matrix[..., 2, :])
+        scale(v[..., 0], matrix[..., 0, :]) + scale(v[..., 1], matrix[..., 1, :]) + scale(v[..., 2], matrix[..., 2, :])
     )
 
 

@@ -46,6 +46,7 @@ SOLIDS: tuple[type[Proxy], ...] = (Sphere, Capsule, HalfSpace, AABB, Box)
 PROBES: tuple[type[Proxy], ...] = (Point, Ray)
 
 # fmt: off
+# ruff: noqa: E501  a row of the table is a line
 TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (Point, Sphere):         Rule(rounds.point_sphere, CLOSED, "distance to the centre", rounds.point_meets_sphere),
     (Point, Capsule):        Rule(rounds.point_capsule, CLOSED, "nearest point of the axis", rounds.point_meets_capsule),

@@ -7,6 +7,7 @@ neither overflow nor vanish.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, TypeVar
 
 import numpy as np
@@ -38,8 +39,7 @@ def intersect(a: Proxy, b: Proxy) -> Bools:
     x, y = (b, a) if swapped else (a, b)
     rows_x, rows_y, batch = _rows(x, y)
     found = []
-    for u, v in _chunks(type(x), rows_x, type(y), rows_y):
-        u, v, _ = _normalised(u, v)
+    for u, v, _ in _chunks(type(x), rows_x, type(y), rows_y):
         if isinstance(u, Ray):
             found.append(np.isfinite(rule.function(u, v)[0]))
         elif rule.meets is not None:
@@ -77,14 +77,10 @@ def distance(a: Proxy, b: Proxy) -> Separation:
         )
     rows_x, rows_y, batch = _rows(x, y)
     parts = []
-    for u, v in _chunks(type(x), rows_x, type(y), rows_y):
-        u, v, exponent = _normalised(u, v)
+    for u, v, exponent in _chunks(type(x), rows_x, type(y), rows_y):
         found = _ordered(rule, u, v)
-        lengths = (
-            np.ldexp(found.distance, exponent),
-            *(np.ldexp(w, exponent[:, None]) for w in (found.on_a, found.on_b)),
-        )
-        parts.append(Separation(*lengths, found.normal))
+        on_a, on_b = (np.ldexp(w, exponent[:, None]) for w in (found.on_a, found.on_b))
+        parts.append(Separation(np.ldexp(found.distance, exponent), on_a, on_b, found.normal))
     columns = [np.concatenate([getattr(p, n) for p in parts]) for n in ("distance", "on_a", "on_b", "normal")]
     whole = Separation(*(c.reshape(batch + c.shape[1:])[()] for c in columns))
     return whole.flipped() if swapped else whole
@@ -106,9 +102,7 @@ def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any =
     """
     wa, wb = _inverse_mass("inverse_mass_a", inverse_mass_a), _inverse_mass("inverse_mass_b", inverse_mass_b)
     if np.any((wa == 0) & (wb == 0)):
-        raise ValueError(
-            "inverse_mass_a and inverse_mass_b are both 0: two immovable bodies cannot be moved apart"
-        )
+        raise ValueError("inverse_mass_a and inverse_mass_b are both 0: two immovable bodies cannot be moved apart")
     found = distance(a, b)
     hit = found.distance <= 0
     depth = np.where(hit, -found.distance, 0.0)
@@ -136,13 +130,10 @@ def raycast(ray: Ray, b: Proxy) -> RayHit:
     rule, swapped = _rule(ray, b, "raycast")
     x, y = (b, ray) if swapped else (ray, b)
     if not isinstance(x, Ray):
-        raise UnsupportedOperation(
-            f"raycast needs a Ray and a solid, got {type(ray).__name__} and {type(b).__name__}"
-        )
+        raise UnsupportedOperation(f"raycast needs a Ray and a solid, got {type(ray).__name__} and {type(b).__name__}")
     rows_x, rows_y, batch = _rows(x, y)
     times, normals = [], []
-    for u, v in _chunks(type(x), rows_x, type(y), rows_y):
-        u, v, exponent = _normalised(u, v)
+    for u, v, exponent in _chunks(type(x), rows_x, type(y), rows_y):
         t, normal = rule.function(u, v)
         times.append(np.ldexp(t, exponent))
         normals.append(normal)
@@ -175,16 +166,18 @@ def _rows(x: Proxy, y: Proxy) -> tuple[Array, Array, tuple[int, ...]]:
         batch = np.broadcast_shapes(x.batch_shape, y.batch_shape)
     except ValueError:
         raise ShapeError(f"batch shapes {x.batch_shape} and {y.batch_shape} do not broadcast") from None
-    packed = (
-        np.broadcast_to(s.pack(), (*batch, type(s).width())).reshape(-1, type(s).width()) for s in (x, y)
-    )
+    packed = (np.broadcast_to(s.pack(), (*batch, type(s).width())).reshape(-1, type(s).width()) for s in (x, y))
     return *packed, batch  # type: ignore[return-value]
 
 
-def _chunks(kind_x: type[Proxy], rows_x: Array, kind_y: type[Proxy], rows_y: Array) -> Any:
+def _chunks(
+    kind_x: type[Proxy], rows_x: Array, kind_y: type[Proxy], rows_y: Array
+) -> Iterator[tuple[Proxy, Proxy, Array]]:
+    """Pieces of the batch that fit the cache, scaled, with the exponent by which answers are scaled back."""
     for start in range(0, max(len(rows_x), 1), CHUNK):
         part = slice(start, start + CHUNK)
-        yield kind_x._trusted(*kind_x._split(rows_x[part])), kind_y._trusted(*kind_y._split(rows_y[part]))
+        x, y = kind_x._trusted(*kind_x._split(rows_x[part])), kind_y._trusted(*kind_y._split(rows_y[part]))
+        yield _normalised(x, y)
 
 
 def _normalised(x: P, y: Proxy) -> tuple[P, Proxy, Array]:

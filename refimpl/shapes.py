@@ -7,7 +7,6 @@ closed set its numbers mean. Fields are arrays whose leading axes are batch axes
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -43,10 +42,14 @@ def _vector(*, width: int = 3, minimum: float | None = None, nonzero: bool = Fal
     return field(metadata={"width": width, "minimum": minimum, "nonzero": nonzero})
 
 
-@cache
-def _layout(kind: Any) -> tuple[tuple[str, int], ...]:
+_LAYOUTS: dict[type[Proxy], tuple[tuple[str, int], ...]] = {}
+
+
+def _layout(kind: type[Proxy]) -> tuple[tuple[str, int], ...]:
     """Names and widths of a type's fields, in order; width 0 is a single number."""
-    return tuple((f.name, f.metadata["width"]) for f in fields(kind))
+    if kind not in _LAYOUTS:
+        _LAYOUTS[kind] = tuple((f.name, f.metadata["width"]) for f in fields(kind))
+    return _LAYOUTS[kind]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,9 +79,7 @@ class Proxy:
         try:
             return as_floats(value)
         except (TypeError, ValueError, OverflowError) as error:
-            raise ShapeError(
-                f"{self._name(name)}: not an array of real numbers: {value!r} ({error})"
-            ) from None
+            raise ShapeError(f"{self._name(name)}: not an array of real numbers: {value!r} ({error})") from None
 
     def _check(self, spec: Any, value: Array) -> None:
         rules = spec.metadata
@@ -216,9 +217,7 @@ def as_quaternion(rotation: Any) -> Array:
     """Check a rotation: a quaternion (x, y, z, w), finite and not zero."""
     q = as_floats(rotation)
     if q.ndim == 0 or q.shape[-1] != 4 or not np.all(np.isfinite(q)) or np.any(np.all(q == 0, axis=-1)):
-        raise ShapeError(
-            f"a rotation is a non-zero quaternion (x, y, z, w), got {np.asarray(rotation).tolist()!r}"
-        )
+        raise ShapeError(f"a rotation is a non-zero quaternion (x, y, z, w), got {np.asarray(rotation).tolist()!r}")
     return q
 
 
@@ -460,11 +459,9 @@ class AABB(Proxy):
         shift = as_floats(offset)
         return type(self)(self.lower + shift, self.upper + shift)
 
-    def rotated(self, rotation: Any) -> Self:
+    def rotated(self, rotation: Any) -> Self:  # noqa: ARG002  there is none that works
         """Raise: an axis-aligned box does not stay one."""
-        raise UnsupportedOperation(
-            "an AABB cannot be rotated: it stays aligned with the axes; use Box (AABB.to_box())"
-        )
+        raise UnsupportedOperation("an AABB cannot be rotated: it stays aligned with the axes; use Box (AABB.to_box())")
 
     def _scaled(self, factor: Array) -> Self:
         return self._trusted(scale(factor, self.lower), scale(factor, self.upper))
@@ -508,9 +505,7 @@ class Box(Proxy):
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""
         q = as_quaternion(rotation)
-        product = quaternion_product(
-            q / largest(q)[..., None], self.rotation / largest(self.rotation)[..., None]
-        )
+        product = quaternion_product(q / largest(q)[..., None], self.rotation / largest(self.rotation)[..., None])
         return type(self)(_turn(rotation, self.center), self.half_extents, product)
 
     def _scaled(self, factor: Array) -> Self:

@@ -117,7 +117,9 @@ def test_hypothesis_draws_every_regime(regime, data, number):
 
 def test_hypothesis_shrinks_to_a_simple_scene():
     cell = Cell("distance", Sphere, Sphere)
-    least = find(scenes(cell), lambda s: refimpl.distance(s.a, s.b).distance < -0.1, settings=settings(max_examples=200))
+    least = find(
+        scenes(cell), lambda s: refimpl.distance(s.a, s.b).distance < -0.1, settings=settings(max_examples=200)
+    )
     digits = sum(len(f"{x:g}") for x in [*least.a.pack(), *least.b.pack()])
     assert digits <= 24, least
 

@@ -146,7 +146,6 @@ def test_a_quaternion_of_any_length_is_the_same_rotation():
     q = np.array([0.1, -0.2, 0.3, 0.4])
     points = Point(np.random.default_rng(4).uniform(-2, 2, (20, 3)))
     distances = [
-        refimpl.distance(points, Box([0, 0, 0], [1, 2, 3], q * f)).distance
-        for f in (1.0, 2.0**400, 2.0**-500, -1.0)
+        refimpl.distance(points, Box([0, 0, 0], [1, 2, 3], q * f)).distance for f in (1.0, 2.0**400, 2.0**-500, -1.0)
     ]
     assert all(np.array_equal(d, distances[0]) for d in distances)

@@ -1,0 +1,1 @@
+"""The algorithms of the pair table, one file per family."""

@@ -56,9 +56,7 @@ class Frame:
 
     def world_separation(self, sep: Separation) -> Separation:
         """Bring a separation from local to world coordinates."""
-        return Separation(
-            sep.distance, self.world(sep.on_a), self.world(sep.on_b), apply(self.matrix, sep.normal)
-        )
+        return Separation(sep.distance, self.world(sep.on_a), self.world(sep.on_b), apply(self.matrix, sep.normal))
 
 
 def point_in_frame(y: Array, half: Array) -> Separation:

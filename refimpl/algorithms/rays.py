@@ -88,9 +88,7 @@ def ray_box(ray: Ray, b: Box) -> Entry:
     """First time of a ray in a box: the three slabs of its frame. Closed form."""
     matrix = rotation_matrix(b.rotation)
     origin = apply_inverse(matrix, ray.origin - b.center)
-    t, outward = _slabs(
-        -b.half_extents - origin, b.half_extents - origin, apply_inverse(matrix, ray.direction)
-    )
+    t, outward = _slabs(-b.half_extents - origin, b.half_extents - origin, apply_inverse(matrix, ray.direction))
     return t, apply(matrix, outward)
 
 
