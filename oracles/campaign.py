@@ -6,6 +6,7 @@ hunter take turns with Hypothesis. The reference itself is audited all along, an
 
 from __future__ import annotations
 
+import platform
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -13,6 +14,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from importlib.metadata import version
 from typing import Protocol
 
 import numpy as np
@@ -314,6 +316,12 @@ class Campaign:
         return silent
 
 
+def own_versions() -> dict[str, str]:
+    """Versions of whatever the verdicts depend on besides the engines."""
+    found = {"python": platform.python_version(), "platform": platform.platform(terse=True)}
+    return found | {name: version(name) for name in ("proxyproof", "numpy", "hypothesis")}
+
+
 def run_campaign(
     engines: Sequence[str],
     *,
@@ -355,6 +363,7 @@ def run_campaign(
         named = {engine.name: engine for engine in loaded.values()}
         campaign = Campaign(named, workers, run, wanted, listener, known or KnownFaults.shipped())
         run.engines = list(named)
+        run.versions = own_versions()
         for engine in named.values():
             run.versions |= engine.versions()
         for cell in (c for c in cells() if (c.type_a, c.type_b) in wanted):

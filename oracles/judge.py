@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -23,6 +23,7 @@ from oracles.words import conviction, said_of, severity_of
 from refimpl import Point, Proxy, Ray, distance, raycast
 from refimpl.linear import Array, Bools
 from refimpl.proof import Certificate, InvalidCertificate, certify, check
+from refimpl.proof.certify import round_down, round_up
 
 Exact = Fraction | float
 
@@ -163,23 +164,27 @@ class Judge:
         """Verdict on the one answer in `answers`, with its proof."""
         kind, symptom = _lost(answers, 0)
         if kind is not Kind.AGREES:
-            claim = f"{self.engine.name}: {symptom} ({answers.errors.get(0, 'no more is known')})."
-            return Verdict(kind, symptom, Severity.LOST, claim=claim)
+            return self._no_answer(scene, kind, symptom, answers.errors.get(0, "no more is known"))
         cell = scene.cell
         a, b = scene.a[None], scene.b[None]
         nominal = self._questioned(cell, a, b, answers, effective=False)
         if nominal.not_a_number()[0]:
-            said = said_of(scene.query, answers)
-            return Verdict(
-                Kind.WRONG, NOT_A_NUMBER, Severity.LOST, math.inf, claim=f"{self.engine.name} answers {said}"
-            )
+            return self._no_answer(scene, Kind.WRONG, NOT_A_NUMBER, f"it answers {said_of(scene.query, answers)}")
         found = self._proven_violation(cell, nominal, scene)
         if found.kind is not Kind.WRONG:
             return found
         first = np.array([found.symptom], dtype=object)
         if self._excused(cell, nominal, first)[0]:
-            return Verdict(Kind.CONVENTION, found.symptom, None, found.amount, found.lower, found.upper, found.claim)
+            return replace(found, kind=Kind.CONVENTION, severity=None)
         return self._at_most_effective(cell, a, b, answers, scene, found)
+
+    def _no_answer(self, scene: Scene, kind: Kind, symptom: str, text: str) -> Verdict:
+        """Verdict on an answer that is none; what it should have been is proven all the same."""
+        truth = audit(scene.a, scene.b)
+        if truth.kind is Kind.REFERENCE_WRONG:
+            return truth
+        claim = f"{self.engine.name}: {symptom} ({text})."
+        return Verdict(kind, symptom, Severity.LOST, 0.0, truth.lower, truth.upper, claim, truth.certificate)
 
     def _at_most_effective(
         self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, scene: Scene, found: Verdict
@@ -190,7 +195,9 @@ class Judge:
         if same and not (effective.margin_a[0] or effective.margin_b[0]):
             return found
         other = self._proven_violation(cell, effective, scene)
-        if other.kind is Kind.UNDECIDED:
+        if other.kind is Kind.AGREES:
+            return replace(found, kind=Kind.CONVENTION, severity=None)
+        if other.kind is not Kind.WRONG:
             return other
         return found if found.amount <= other.amount else other
 
@@ -223,7 +230,7 @@ class Judge:
         sigma = float(distance(x, y).distance)
         if not allows(lower, upper, sigma, proof_scene.size):
             text = f"refimpl says {sigma!r}, but the proven interval is [{float(lower)!r}, {float(upper)!r}]"
-            bounds = float(lower), float(upper)
+            bounds = round_down(lower), round_up(upper)
             return Verdict(
                 Kind.REFERENCE_WRONG,
                 OUTSIDE,
@@ -255,7 +262,7 @@ class Judge:
         rows: Questioned,
         scene: Scene,
     ) -> Verdict:
-        lower, upper = float(interval[0]), float(interval[1])
+        lower, upper = round_down(interval[0]), round_up(interval[1])
         said = said_of(scene.query, rows.answers)
         claim = conviction(self.engine.name, said, word, (lower, upper), float(amount))
         severity = severity_of(word, float(amount), scene.size) if kind is Kind.WRONG else None
@@ -282,9 +289,9 @@ def audit(a: Proxy, b: Proxy) -> Verdict:
         value = float(distance(a, b).distance)
         fits = allows(lower, upper, value, scene.size)
     if fits:
-        return Verdict(Kind.AGREES, lower=float(lower), upper=float(upper))
+        return Verdict(Kind.AGREES, lower=round_down(lower), upper=round_up(upper), certificate=certificate)
     text = f"refimpl says {value!r}, but the proven interval is [{float(lower)!r}, {float(upper)!r}]"
-    bounds = float(lower), float(upper)
+    bounds = round_down(lower), round_up(upper)
     return Verdict(Kind.REFERENCE_WRONG, OUTSIDE, Severity.GROSS, math.inf, *bounds, text, certificate, scene)
 
 

@@ -62,7 +62,8 @@ class Verdict:
     amount
         Proven: the answer is wrong by at least this much (a length; 0 when nothing is wrong).
     lower, upper
-        Proven interval of the true value: the signed distance, or the ray's time of the hit.
+        Proven interval of what the certificate is about: the signed distance of the scene (a ray's time of
+        the hit), or that of `proof_scene` where there is one.
     claim
         One sentence: what the engine said, and what is true.
     certificate

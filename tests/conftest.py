@@ -18,9 +18,7 @@ settings.register_profile(
     suppress_health_check=list(HealthCheck),
     database=None,
 )
-settings.register_profile(
-    "thorough", max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck)
-)
+settings.register_profile("thorough", max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck))
 settings.load_profile("quick")
 
 
@@ -29,9 +27,7 @@ def effort() -> int:
     return max(8, settings.default.max_examples // 2) if settings.default else 8
 
 
-def scenes_of(
-    pair: tuple[type[Proxy], type[Proxy]], regime: str, n: int, seed: int = 2026
-) -> tuple[Proxy, Proxy]:
+def scenes_of(pair: tuple[type[Proxy], type[Proxy]], regime: str, n: int, seed: int = 2026) -> tuple[Proxy, Proxy]:
     """`n` scenes of a pair in a regime, the same in every run."""
     shard = (list(REGIMES).index(regime), 77)
     return REGIMES[regime](NumpyDraws(seed, shard, n), *pair)

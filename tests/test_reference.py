@@ -68,9 +68,7 @@ def test_both_orders_agree_to_the_bit(pair):
         there, back = refimpl.distance(a, b), refimpl.distance(b, a)
         assert np.array_equal(there.distance, back.distance)
         assert np.array_equal(refimpl.intersect(a, b), refimpl.intersect(b, a))
-        apart = (
-            np.any(a.pack()[:, :3] != b.pack()[:, :3], axis=-1) if pair[0] is pair[1] else np.full(100, True)
-        )
+        apart = np.any(a.pack()[:, :3] != b.pack()[:, :3], axis=-1) if pair[0] is pair[1] else np.full(100, True)
         for this, that in ((there.on_a, back.on_b), (there.on_b, back.on_a), (there.normal, -back.normal)):
             assert np.array_equal(this[apart], that[apart], equal_nan=True)
 
@@ -85,9 +83,7 @@ def test_a_row_of_a_batch_equals_the_pair_alone_to_the_bit(pair):
             alone = query(a[i], b[i])
             assert bool(refimpl.intersect(a[i], b[i])) == meets[i]
             for name in type(alone).__dataclass_fields__:
-                assert np.array_equal(getattr(alone, name), getattr(together, name)[i], equal_nan=True), case(
-                    a, b, i
-                )
+                assert np.array_equal(getattr(alone, name), getattr(together, name)[i], equal_nan=True), case(a, b, i)
 
 
 @pytest.mark.parametrize("regime", REGIMES)

@@ -1,0 +1,108 @@
+"""The parts of a written report in their order, shared by its HTML and its Markdown."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+from oracles.outcome import COMPARED, FINDINGS, Kind, Run
+from reports import findings, tables, text
+from reports.findings import BucketView
+from reports.tables import Table
+
+TITLE = "proxyproof: discrepancy report"
+
+WORDS = (
+    ("signed distance σ", "the gap when positive, 0 when touching, minus the penetration depth when negative"),
+    ("normal", "unit vector from A to B: translating B along it separates"),
+    ("proven interval", "bounds on the true value, each with a certificate that exact arithmetic has checked"),
+    ("agrees", "the answer fits the proven interval and its own properties, within the engine's declared tolerance"),
+    ("convention", "right on the shape that the engine effectively uses, or by a documented convention"),
+    ("wrong", "a certificate excludes the answer, by at least the amount named"),
+    ("crashed, timed out", "the engine's process ended, an error was raised, or the call did not return in time"),
+    ("undecided", "the proven interval allows both"),
+    ("skipped", "not asked: the engine had run out of time on too many scenes of the cell and regime"),
+    ("bucket", "findings with one cause, as far as can be told; its scene is the simplest found"),
+    ("1e-3 in a bucket's name", "the decade of the error, relative to the scene's largest coordinate or extent"),
+)
+"""What the reports' words mean."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """The buckets of one cell of the matrix."""
+
+    anchor: str
+    heading: str
+    support: str
+    buckets: tuple[BucketView, ...]
+
+
+@dataclass(frozen=True)
+class Content:
+    """Everything that a written report says."""
+
+    headline: str
+    warnings: tuple[str, ...]
+    ran: tuple[tuple[str, str], ...]
+    summary: Table
+    matrices: tuple[Table, ...]
+    index: Table
+    groups: tuple[Group, ...]
+    regimes: Table
+    coverage: Table
+    support: Table
+    timing: Table
+
+
+def content(run: Run) -> Content:
+    """Put together what a report says of a run."""
+    views = findings.bucket_views(run)
+    groups = tuple(
+        Group(f"cell-{number}", " · ".join(map(text.visible, cell)), _support(run, cell), tuple(found))
+        for number, (cell, found) in enumerate(findings.by_cell(views).items(), 1)
+    )
+    links = {group.buckets[0].cell: group.anchor for group in groups}
+    return Content(
+        headline=findings.headline(run),
+        warnings=tuple(findings.warnings(run)),
+        ran=tuple(what_ran(run)),
+        summary=tables.summary(run),
+        matrices=tables.matrices(run, links),
+        index=findings.index(views, run),
+        groups=groups,
+        regimes=tables.regime_table(run),
+        coverage=tables.coverage(run),
+        support=tables.support_notes(run),
+        timing=tables.timing(run),
+    )
+
+
+def _support(run: Run, cell: tables.CellKey) -> str:
+    note = run.support.get(cell)
+    return text.visible(f"{note.kind}: {note.reason}") if note and note.reason else ""
+
+
+def what_ran(run: Run) -> list[tuple[str, str]]:
+    """Seed, budget, versions and counts, as labels and texts."""
+    verdicts, audited = tables.grouped(run).get((), Counter()), tables.audit(run)
+    versions = ", ".join(f"{text.visible(name)} {text.visible(version)}" for name, version in run.versions.items())
+    asked, own, bad = tables.supported(run), audited.total(), audited[Kind.REFERENCE_WRONG]
+    unsupported = len(run.support) - len(asked)
+    cells = text.plural(len(asked), "cell") + (
+        f" answered, {text.count(unsupported)} unsupported" if unsupported else ""
+    )
+    return [
+        ("engines", ", ".join(map(text.visible, tables.engines(run)))),
+        ("versions", versions),
+        ("started", text.visible(run.started)),
+        ("time", f"{text.seconds(run.seconds)} of a budget of {text.seconds(run.budget)}"),
+        ("seed", str(run.seed)),
+        ("cells", f"{cells}; {text.plural(len(tables.regimes(run)), 'regime')}"),
+        ("answers compared", text.count(tables.total(verdicts, COMPARED))),
+        ("findings", f"{text.count(tables.total(verdicts, FINDINGS))} in {text.plural(len(run.buckets), 'bucket')}"),
+        (
+            "reference audited",
+            f"{text.plural(own, 'answer')} of its own, {text.count(bad) if bad else 'none'} proven wrong",
+        ),
+    ]

@@ -1,0 +1,277 @@
+"""What a report says of a run and of each bucket, in words: written once for every format."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from oracles.outcome import COMPARED, Bucket, Finding, Kind, Run, Verdict
+from oracles.scene import Scene, readable
+from refimpl import Ray
+from refimpl.proof import Certificate, Claim, Common, Core, Escape, Near, Separated, to_json
+from refimpl.proof.checker import Bound
+from reports import text
+from reports.tables import CellKey, Column, Entry, Table, engines, grouped, total
+
+NAME_LENGTH = 80
+MOST_WARNINGS = 12
+
+
+@dataclass(frozen=True)
+class Proof:
+    """A certificate as people read it.
+
+    Attributes
+    ----------
+    interval
+        What the certificate proves.
+    claims
+        One sentence per claim.
+    data
+        The whole certificate as JSON.
+    """
+
+    interval: str
+    claims: tuple[str, ...]
+    data: str
+
+
+@dataclass(frozen=True)
+class BucketView:
+    """A bucket as people read it; texts are harmless to read, but not yet escaped for any format.
+
+    Attributes
+    ----------
+    about
+        The two proxies that the certificate speaks of, where the answer is refuted on others than the scene's own:
+        a witness against its shape, a proxy moved along the engine's normal.
+    file
+        Path of the repro script within the report's folder.
+    repro
+        The script's text as the file holds it; formats show it through `text.block`.
+    """
+
+    number: int
+    cell: CellKey
+    title: str
+    story: str
+    severity: str
+    known: str
+    facts: tuple[tuple[str, str], ...]
+    scene: tuple[tuple[str, str], ...]
+    answers: Table
+    error: str
+    about: tuple[tuple[str, str], ...]
+    proof: Proof | None
+    file: str
+    repro: str
+
+    @property
+    def anchor(self) -> str:
+        """Anchor of the bucket within the report."""
+        return f"bucket-{self.number}"
+
+
+def bucket_views(run: Run) -> list[BucketView]:
+    """All buckets, worst first, numbered from 1."""
+    return [_view(number, bucket) for number, bucket in enumerate(run.buckets, 1)]
+
+
+def by_cell(views: list[BucketView]) -> dict[CellKey, list[BucketView]]:
+    """Buckets per cell; the cell with the worst bucket comes first."""
+    cells: dict[CellKey, list[BucketView]] = {}
+    for view in views:
+        cells.setdefault(view.cell, []).append(view)
+    return cells
+
+
+def repro_file(number: int, bucket: Bucket) -> str:
+    """Path of a bucket's script: letters and digits only, whatever the names hold."""
+    words = re.findall(r"[A-Za-z0-9]+", " ".join((bucket.engine, bucket.query, bucket.pair, bucket.symptom)))
+    return f"repro/{number:03d}-{'-'.join(words)[:NAME_LENGTH].strip('-') or 'bucket'}.py"
+
+
+def _view(number: int, bucket: Bucket) -> BucketView:
+    finding, verdict = bucket.witness, bucket.witness.verdict
+    return BucketView(
+        number=number,
+        cell=(bucket.engine, bucket.query, bucket.pair),
+        title=text.visible(bucket.key),
+        story=text.visible(verdict.claim or _untold(finding), limit=1000),
+        severity=text.visible(verdict.severity.value if verdict.severity else verdict.kind.value),
+        known=text.visible(bucket.known or "", limit=1000),
+        facts=tuple(_facts(bucket)),
+        scene=_proxies(finding.scene),
+        answers=_answers(finding),
+        error=text.block(finding.text) if finding.text else "",
+        about=_proxies(_proven_on(finding)) if _proven_on(finding) is not finding.scene else (),
+        proof=_proof(finding),
+        file=repro_file(number, bucket),
+        repro=bucket.repro,
+    )
+
+
+def _untold(finding: Finding) -> str:
+    verdict = finding.verdict
+    ends = {Kind.CRASHED: "crashed on", Kind.TIMED_OUT: "did not return in time on"}
+    return f"{finding.engine} {ends.get(verdict.kind, 'is wrong on')} this scene"
+
+
+def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:
+    finding, verdict, scene = bucket.witness, bucket.witness.verdict, bucket.witness.scene
+    yield "severity", text.visible(verdict.severity.value if verdict.severity else verdict.kind.value)
+    if _has_amount(verdict):
+        yield "proven wrong by at least", text.number(verdict.amount)
+    about = _proven_on(finding)
+    named = (
+        ""
+        if about is scene
+        else f", for the {type(about.a).__name__} and the {type(about.b).__name__} of the certificate"
+    )
+    yield "proven interval", interval(about, verdict.lower, verdict.upper) + named
+    proven = f", {text.count(bucket.proven)} proven one by one" if bucket.proven else ""
+    yield "seen", text.plural(bucket.count, "time") + proven
+    if verdict.amount < bucket.worst < math.inf:
+        yield "worst of them", f"wrong by {text.number(bucket.worst)}"
+    yield "regimes", ", ".join(f"{text.visible(name)} {text.count(n)}" for name, n in bucket.regimes.most_common())
+    yield "known", text.visible(bucket.known, limit=1000) if bucket.known else "no: this is new"
+    yield "scene", " · ".join(filter(None, (scene.id, text.visible(scene.regime), text.visible(scene.source))))
+
+
+def _has_amount(verdict: Verdict) -> bool:
+    return verdict.kind is Kind.WRONG and 0 < verdict.amount < math.inf
+
+
+def _proven_on(finding: Finding) -> Scene:
+    """Return the scene that the verdict's interval and certificate speak of: the finding's own, or another."""
+    scene, other = finding.scene, finding.verdict.proof_scene
+    if other is None or (readable(other.a), readable(other.b)) == (readable(scene.a), readable(scene.b)):
+        return scene
+    return other
+
+
+def interval(scene: Scene, lower: Bound, upper: Bound) -> str:
+    """Proven interval of the signed distance, or of a ray's time, in full precision."""
+    symbol, name = ("t", "time of the hit") if isinstance(scene.a, Ray) else ("σ", "signed distance")
+    if any(isinstance(bound, float) and math.isnan(bound) for bound in (lower, upper)):
+        return "none"
+    if lower == upper:
+        if lower == math.inf:
+            return f"{symbol} = ∞: the ray misses"
+        end = "−∞: the overlap has no end" if lower == -math.inf else f"{text.number(lower)} ({name}, exactly)"
+        return f"{symbol} = {end}"
+    return f"{text.number(lower)} ≤ {symbol} ≤ {text.number(upper)} ({name}; width {text.short(upper - lower)})"
+
+
+def _proxies(scene: Scene) -> tuple[tuple[str, str], ...]:
+    return ("A", text.visible(readable(scene.a), 2000)), ("B", text.visible(readable(scene.b), 2000))
+
+
+def _answers(finding: Finding) -> Table:
+    """Both answers side by side, in full precision."""
+    names = dict.fromkeys([*finding.reference, *finding.answer])
+    rows = []
+    for name in names:
+        said = [_value(name, a[name]) if name in a else "not said" for a in (finding.answer, finding.reference)]
+        rows.append((Entry(text.visible(name)), *map(Entry, said)))
+    columns = (Column("answer"), Column(text.visible(finding.engine)), Column("refimpl"))
+    return Table("Both answers", columns, tuple(rows))
+
+
+def _value(name: str, value: object) -> str:
+    """Engines answer a hit with 1 or 0, as a bool or a double; anything else is shown as it is."""
+    if name == "hit" and isinstance(value, int | float) and value in (0, 1):
+        return "yes" if value else "no"
+    return text.full(value)
+
+
+def _proof(finding: Finding) -> Proof | None:
+    certificate = finding.verdict.certificate
+    if certificate is None:
+        return None
+    return Proof(
+        interval=interval(_proven_on(finding), certificate.lower, certificate.upper),
+        claims=tuple(map(claim_in_words, certificate.claims)),
+        data=certificate_text(certificate),
+    )
+
+
+def claim_in_words(claim: Claim) -> str:
+    """Say what one claim of a certificate states, and what that proves."""
+    match claim:
+        case Separated(until=None):
+            said = "Planes with normal {n} support A and B and leave a gap between them: at least that far apart."
+        case Separated():
+            said = "Up to t = {until}, a plane with normal {n} keeps the ray away from the solid: no hit before."
+        case Escape():
+            said = "Moving B along {n} until the supporting planes meet separates the interiors: no deeper than that."
+        case Near():
+            said = "{a} lies in A and {b} in B: no farther apart than these two points."
+        case Common(time=None):
+            said = "{p} lies in both: they intersect."
+        case Common():
+            said = "At t = {time} the ray is inside the solid: the hit is no later."
+        case Core(directions=True):
+            said = "Directions in which A and B go on for ever surround the origin: the overlap has no end."
+        case Core(triangles=()):
+            said = "A point of A's axis or centre and one of B's are nearer than the radii reach: at least that deep."
+        case Core():
+            count = text.plural(len(claim.triangles), "triangle")
+            said = f"Differences of points of A and B span {count} around a ball about the origin: at least that deep."
+    return said.format_map({name: text.full(value) for name, value in vars(claim).items()})
+
+
+def certificate_text(certificate: Certificate) -> str:
+    """The certificate as JSON, one claim a line."""
+    return json.dumps(text.plain(to_json(certificate), limit=1_000_000), ensure_ascii=False)
+
+
+def index(views: list[BucketView], run: Run) -> Table:
+    """One row per bucket, worst first."""
+    rows = []
+    for view, bucket in zip(views, run.buckets, strict=True):
+        verdict = bucket.witness.verdict
+        amount = f"≥ {text.short(verdict.amount)}" if _has_amount(verdict) else "–"
+        number = Entry(str(view.number), link=view.anchor)
+        rest = (view.title, view.severity, amount, text.count(bucket.count), "known" if bucket.known else "new")
+        rows.append((number, *map(Entry, rest)))
+    names = (
+        ("#", True),
+        ("engine · query · pair · symptom", False),
+        ("severity", False),
+        ("wrong by", True),
+        ("seen", True),
+    )
+    columns = (*(Column(title, numeric) for title, numeric in names), Column("known"))
+    return Table("Findings, worst first", columns, tuple(rows))
+
+
+def headline(run: Run) -> str:
+    """One sentence: what the run found."""
+    if run.reference_wrong:
+        return "The reference itself was proven wrong, so the run stopped: believe nothing here before that is settled."
+    counts = grouped(run, "engine")
+    clauses = [_clause(text.visible(engine), counts.get((engine,), Counter())) for engine in engines(run)]
+    new = sum(bucket.known is None for bucket in run.buckets)
+    buckets = f"; {text.plural(len(run.buckets), 'bucket')}, {text.count(new)} new" if run.buckets else ""
+    return f"{'; '.join(clauses) or 'No engine was asked'}{buckets}."
+
+
+def _clause(engine: str, verdicts: Counter[Kind]) -> str:
+    compared, wrong = total(verdicts, COMPARED), verdicts[Kind.WRONG]
+    words = [f"{engine} is wrong in {text.count(wrong) if wrong else 'none'} of {text.plural(compared, 'answer')}"]
+    ends = (("crashed on", Kind.CRASHED), ("did not return on", Kind.TIMED_OUT))
+    words += [f"{ending} {text.plural(verdicts[kind], 'scene')}" for ending, kind in ends if verdicts[kind]]
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
+def warnings(run: Run) -> list[str]:
+    """Sentences that a reader must see before anything else."""
+    found = ["The run was interrupted: this is what it had until then."] if run.interrupted else []
+    found += [text.visible(problem, limit=1000) for problem in run.problems[:MOST_WARNINGS]]
+    more = len(run.problems) - MOST_WARNINGS
+    return [*found, f"… and {text.count(more)} more such problems: run.json has them all."] if more > 0 else found

@@ -1,0 +1,88 @@
+"""A run as plain data: the file `run.json` next to the report.
+
+The format, `proxyproof-run-1`, is one JSON object:
+
+- ``format``, ``seed``, ``budget`` and ``seconds`` (both in seconds), ``started`` (UTC, ISO 8601), ``interrupted``
+- ``engines``: names; ``versions``: package to version; ``regimes``: name to why it exists
+- ``counts``: objects with ``engine, query, pair, regime, verdict, count``
+- ``support``: objects with ``engine, query, pair, kind, reason``, kind being native, emulated or unsupported
+- ``problems``: sentences; ``timing``: seconds by what they were spent on
+- ``buckets``, worst first: objects with ``number, key, engine, query, pair, symptom, decade, kind, severity, amount,
+  worst, lower, upper, claim, count, proven, regimes, known, scene, proof_scene, answer, reference, text, certificate,
+  repro``; ``repro`` is the script's path within the folder, a scene is ``query, a, b, regime, source, id`` with each
+  proxy's numbers in its constructor's order, and ``certificate`` is what `refimpl.proof.to_json` gives
+
+Numbers are doubles that read back to the bit. JSON has none that are not finite: those are the strings "NaN",
+"Infinity" and "-Infinity". What is missing is null.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from oracles.outcome import Bucket, Run
+from oracles.scene import Scene
+from refimpl.proof import to_json
+from reports import text
+from reports.findings import repro_file
+
+FORMAT = "proxyproof-run-1"
+
+UNCUT = 1_000_000
+"""Longest text of the project's own, in characters; foreign texts are cut where the reports cut them."""
+
+
+def run_data(run: Run) -> dict[str, Any]:
+    """Return the run as data for `run.json`; the module's docstring describes it."""
+    counts = [
+        {"engine": engine, "query": query, "pair": pair, "regime": regime, "verdict": kind.value, "count": n}
+        for (engine, query, pair, regime, kind), n in sorted(run.counts.items())
+    ]
+    support = [
+        {"engine": engine, "query": query, "pair": pair, "kind": note.kind, "reason": note.reason}
+        for (engine, query, pair), note in sorted(run.support.items())
+    ]
+    data = {
+        "format": FORMAT,
+        **{name: getattr(run, name) for name in ("seed", "budget", "seconds", "started", "interrupted")},
+        **{name: getattr(run, name) for name in ("engines", "versions", "regimes", "problems", "timing")},
+        "counts": counts,
+        "support": support,
+    }
+    buckets = [_bucket(number, bucket) for number, bucket in enumerate(run.buckets, 1)]
+    return {**text.plain(data), "buckets": buckets}
+
+
+def run_json(run: Run) -> str:
+    """Return the text of `run.json`: a line per entry, and per item of the lists."""
+    lines = []
+    for name, value in run_data(run).items():
+        items = [_dump(item) for item in value] if isinstance(value, list) else []
+        lines.append(f"{_dump(name)}: " + ("[\n" + ",\n".join(items) + "\n]" if items else _dump(value)))
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _dump(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+
+
+def _bucket(number: int, bucket: Bucket) -> dict[str, Any]:
+    finding, verdict = bucket.witness, bucket.witness.verdict
+    own = {
+        "scene": _scene(finding.scene),
+        "proof_scene": _scene(verdict.proof_scene) if verdict.proof_scene is not None else None,
+        "certificate": to_json(verdict.certificate) if verdict.certificate is not None else None,
+    }
+    said = {
+        "key": bucket.key,
+        **{name: getattr(bucket, name) for name in ("engine", "query", "pair", "symptom", "decade", "count", "proven")},
+        **{name: getattr(bucket, name) for name in ("worst", "regimes", "known")},
+        **{name: getattr(verdict, name) for name in ("kind", "severity", "amount", "lower", "upper", "claim")},
+        **{name: getattr(finding, name) for name in ("answer", "reference", "text")},
+    }
+    return {"number": number, **text.plain(said), **text.plain(own, UNCUT), "repro": repro_file(number, bucket)}
+
+
+def _scene(scene: Scene) -> dict[str, Any]:
+    return {**scene.to_json(), "id": scene.id}

@@ -1,0 +1,259 @@
+"""A run as a campaign would leave it, with every kind of verdict, for the tests of what people read."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from html.parser import HTMLParser
+
+import numpy as np
+
+from oracles.outcome import Bucket, Finding, Kind, Run, Severity, SupportNote, Verdict
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Scene, cells
+from refimpl import Box, Capsule, HalfSpace, Point, Ray, Sphere
+from refimpl.proof import Certificate, certify, check
+
+REGIMES = {
+    "generic": "random sizes and poses: the bulk of all scenes, where the least is found",
+    "aligned": "axis-aligned with round numbers: ties between features decide",
+    "touching": "signed distance 0, up to rounding",
+    "nearly_touching": "gaps and depths from 10^-1 to 10^-15 of the size",
+    "deep": "one proxy well inside the other: the shortest way out changes",
+    "concentric": "coinciding centres: no direction is preferred",
+    "parallel_edges": "cross products of edges vanish",
+    "face_on_face": "witness points are not unique",
+    "sliver": "extents that differ by six decades",
+    "huge": "sizes of 1e9",
+    "tiny": "sizes of 1e-9",
+    "size_ratio": "sizes that differ by up to 1e9",
+    "far_away": "coordinates of 1e6 with sizes of 1e-3",
+}
+
+SCRIPT = '''"""Ask the engine alone."""
+
+import math
+
+print("distance =", repr(math.sqrt(2.0)))
+'''
+
+TURNED = (0.18257418583505536, 0.3651483716701107, 0.5477225575051661, 0.7302967433402214)
+A_BOX = Box([0.1, -0.30000000000000004, 2.0], [1.0, 0.5, 0.25], TURNED)
+B_BOX = Box([1.7, 0.0, 2.0], [0.5, 0.5, 0.5], [0.0, 0.0, 0.0, 1.0])
+ROOM = HalfSpace([0.0, 0.0, 2.0], -1.0)
+ROD = Capsule([0.0, 0.0, 0.0], [0.0, 0.0, 3.0], 0.25)
+BALL = Sphere([0.5, 0.0, 1.0], 1.0)
+
+
+def sample_run() -> Run:
+    """Two engines, all 25 cells, thirteen regimes, eight buckets."""
+    run = Run(
+        seed=20240229,
+        budget=60.0,
+        started="2026-03-04T05:06:07Z",
+        seconds=59.84,
+        versions={
+            "proxyproof": "0.1.0",
+            "python-fcl": "0.7.0.11",
+            "pybullet": "3.2.7",
+            "numpy": "2.4.6",
+            "Python": "3.11.2",
+        },
+        engines=["fcl", "bullet"],
+        regimes=dict(REGIMES),
+        timing={
+            "scenes": 3.2,
+            "fcl": 21.7,
+            "bullet": 9.4,
+            "reference": 8.8,
+            "judge": 5.1,
+            "proofs": 9.9,
+            "shrinking": 1.7,
+        },
+    )
+    _support(run)
+    run.buckets = _buckets()
+    _counts(run)
+    return run
+
+
+def _support(run: Run) -> None:
+    for cell in cells():
+        for engine in run.engines:
+            note = SupportNote("native", "")
+            if engine == "fcl" and cell.query == RAYCAST:
+                note = SupportNote("unsupported", "FCL casts no rays")
+            elif engine == "fcl" and cell.query == DISTANCE and "HalfSpace" in cell.pair:
+                note = SupportNote("unsupported", "distance of a Halfspace ends the process")
+            elif "HalfSpace–HalfSpace" in cell.pair:
+                note = SupportNote("unsupported", "two static planes have no contacts")
+            elif "Point" in cell.pair:
+                note = SupportNote("emulated", "the point is a sphere of radius 1e-12")
+            run.support[engine, cell.query, cell.pair] = note
+
+
+def _counts(run: Run) -> None:
+    """Agreement everywhere, with the findings of the buckets and what else can be said of an answer in between."""
+    rng = np.random.default_rng(1)
+    for (engine, query, pair), note in run.support.items():
+        if note.kind == "unsupported":
+            continue
+        for regime in run.regimes:
+            run.counts[engine, query, pair, regime, Kind.AGREES] += int(rng.integers(40, 900))
+            if engine == "bullet" and "Box" in pair and query != RAYCAST:
+                run.counts[engine, query, pair, regime, Kind.CONVENTION] += int(rng.integers(1, 90))
+    for bucket in run.buckets:
+        for regime, n in bucket.regimes.items():
+            run.counts[bucket.engine, bucket.query, bucket.pair, regime, bucket.witness.verdict.kind] += n
+    for cell in cells():
+        if cell.query in (DISTANCE, RAYCAST):
+            run.counts["refimpl", cell.query, cell.pair, "generic", Kind.AGREES] += 3
+    run.counts["fcl", BOOLEAN, "Box–Box", "touching", Kind.UNDECIDED] += 17
+    run.counts["fcl", CONTACTS, "AABB–Box", "concentric", Kind.SKIPPED] += 240
+
+
+def bucket(engine: str, scene: Scene, verdict: Verdict, regimes: dict[str, int], **more: object) -> Bucket:
+    """File one finding as a bucket; `more` are further fields of bucket and finding."""
+    fields = {name: more.pop(name) for name in ("answer", "reference", "text") if name in more}
+    finding = Finding(engine, scene, **{"answer": {}, "reference": {}, **fields}, verdict=verdict)
+    decade = math.floor(math.log10(verdict.amount)) if 0 < verdict.amount < math.inf else None
+    count = sum(regimes.values())
+    own = {
+        "count": count,
+        "proven": min(3, count),
+        "worst": verdict.amount,
+        "regimes": Counter(regimes),
+        "repro": SCRIPT,
+    }
+    return Bucket(engine, scene.query, scene.cell.pair, verdict.symptom, decade, finding, **{**own, **more})
+
+
+def proven(scene: Scene) -> tuple[float, float, Certificate]:
+    """Interval of a scene's true value, with its certificate."""
+    certificate = certify(scene.a, scene.b)
+    lower, upper = check(certificate, scene.a, scene.b)
+    return float(lower), float(upper), certificate
+
+
+def wrong(scene: Scene, symptom: str, severity: Severity, amount: float, about: Scene | None = None) -> Verdict:
+    """Verdict with a true interval and certificate; the amount is made up."""
+    lower, upper, certificate = proven(about or scene)
+    claim = f"{symptom}; the true value is proven to lie between {lower!r} and {upper!r}"
+    return Verdict(Kind.WRONG, symptom, severity, amount, lower, upper, claim, certificate, about)
+
+
+def lost(scene: Scene, kind: Kind, symptom: str, claim: str, amount: float = 0.0) -> Verdict:
+    """Verdict on an answer that never came, or that is none."""
+    lower, upper, _ = proven(scene)
+    return Verdict(kind, symptom, Severity.LOST, amount, lower, upper, claim)
+
+
+def _buckets() -> list[Bucket]:
+    deep = Scene(BOOLEAN, BALL, ROD, "touching", "20240229/touching/3:17")
+    stuck = Scene(CONTACTS, A_BOX, B_BOX, "concentric", "20240229/concentric/0:4")
+    ray = Scene(RAYCAST, Ray([0.0, 0.0, 3.0], [0.0, 0.0, -1.0]), BALL, "generic", "hypothesis")
+    boxes = Scene(DISTANCE, A_BOX, B_BOX, "aligned", "20240229/aligned/0:12")
+    thin = Scene(DISTANCE, A_BOX, B_BOX, "sliver", "20240229/sliver/1:7")
+    floor = Scene(CONTACTS, ROD, ROOM, "huge", "20240229/huge/0:1")
+    small = Scene(DISTANCE, BALL, B_BOX, "tiny", "20240229/tiny/0:1")
+    far = Scene(DISTANCE, BALL, ROD, "far_away", "20240229/far_away/0:1")
+    witness = Scene(DISTANCE, Point([1.0, 0.0, 2.0]), A_BOX, "sliver")
+    said = {"distance": 0.21235, "on_a": [1.0, 0.0, 2.0], "on_b": [1.2, 0.0, 2.0]}
+    true = {"distance": 0.2, "on_a": np.array([1.0, 0.0, 2.0]), "on_b": np.array([1.2000000000000002, 0.0, 2.0])}
+    known = "FCL's tolerance of 1e-6 is relative to the coordinates, and cannot be set through python-fcl."
+    return [
+        bucket(
+            "fcl",
+            deep,
+            wrong(deep, "missed contact", Severity.BOOLEAN, 0.75),
+            {"touching": 12, "deep": 1},
+            answer={"hit": False},
+            reference={"hit": True, "distance": -0.75},
+        ),
+        bucket(
+            "fcl",
+            stuck,
+            lost(stuck, Kind.TIMED_OUT, "no answer in time", "the engine did not answer within the limit"),
+            {"concentric": 2},
+            text="no answer within 1 s",
+            reference={"hit": True, "distance": -0.5},
+            proven=0,
+        ),
+        bucket(
+            "bullet",
+            ray,
+            wrong(ray, "ray hits behind the surface", Severity.GROSS, 0.3333333333333333),
+            {"generic": 1234},
+            answer={"hit": True, "t": 3.25, "normal": (0.0, 0.0, 1.0)},
+            reference={"hit": True, "t": 1.75},
+            worst=2.25,
+        ),
+        bucket(
+            "fcl",
+            boxes,
+            wrong(boxes, "distance too large", Severity.LARGE, 0.0123456789),
+            {"aligned": 310, "face_on_face": 45},
+            answer=said,
+            reference=true,
+        ),
+        bucket(
+            "fcl",
+            thin,
+            wrong(thin, "witness off its shape", Severity.SMALL, 1.25e-7, witness),
+            {"sliver": 3},
+            answer=said,
+            reference=true,
+        ),
+        bucket(
+            "bullet",
+            floor,
+            lost(floor, Kind.WRONG, "not a number", "bullet answers a signed distance of nan", math.inf),
+            {"huge": 9},
+            answer={"distance": math.nan, "normal": (math.nan, math.nan, math.nan)},
+            reference={"distance": -0.75, "normal": (0.0, 0.0, -1.0)},
+            proven=9,
+        ),
+        bucket(
+            "bullet",
+            small,
+            lost(small, Kind.CRASHED, "error raised", "the engine raised an error instead of answering"),
+            {"tiny": 4},
+            text="ValueError: nothing came back\n  in a worker",
+            reference={"distance": 0.125},
+            proven=0,
+        ),
+        bucket(
+            "fcl",
+            far,
+            wrong(far, "distance too small", Severity.SMALL, 1e-5),
+            {"far_away": 700},
+            answer={"distance": 0.09999},
+            reference={"distance": 0.1},
+            known=known,
+        ),
+    ]
+
+
+class Page(HTMLParser):
+    """The parts of a page that the tests ask for."""
+
+    def __init__(self, source: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.tags: Counter[str] = Counter()
+        self.attributes: list[tuple[str, str | None]] = []
+        self.shown: list[str] = []
+        self.feed(source)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags[tag] += 1
+        self.attributes += attrs
+
+    def handle_data(self, data: str) -> None:
+        self.shown.append(data)
+
+    def values(self, name: str) -> list[str]:
+        return [value or "" for key, value in self.attributes if key == name]
+
+    @property
+    def words(self) -> str:
+        return " ".join(self.shown)
