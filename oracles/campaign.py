@@ -297,7 +297,8 @@ class Campaign:
                 rows = scene.a.pack().tolist(), scene.b.pack().tolist()
                 cell = scene.cell
                 bucket.repro = self.engines[bucket.engine].repro(cell.query, cell.type_a, cell.type_b, *rows)
-        self.run.problems += self._silent_cells()
+        if not (self.run.interrupted or self.run.reference_wrong):
+            self.run.problems += self._silent_cells()
 
     def _silent_cells(self) -> list[str]:
         """Supported cells and regimes in which nothing was compared: silence would look like agreement."""

@@ -23,7 +23,7 @@ SHORT, LONG = "distance too small", "distance too large"
 STUCK, OVERSHOT = "normal and depth do not separate", "normal and depth move too far"
 OFF_SHAPE = "witness off its shape"
 APART, TOGETHER = "witnesses farther apart than the distance", "witnesses nearer than the distance"
-RAY_MISSED, RAY_EARLY, RAY_LATE = (
+RAY_MISSED, RAY_OFF, RAY_LATE = (
     "ray misses a hit",
     "ray hits before the shape",
     "ray hits behind the surface",
@@ -213,11 +213,11 @@ class Questioned:
         hit = hit & (np.abs(point).max(axis=-1) < 1e150)
         point = np.where(hit[:, None], point, ray.origin)
         rounding = ROUNDING * (np.abs(ray.origin).max(axis=-1) + np.abs(point).max(axis=-1))
-        early = "", RAY_EARLY
-        yield self._claim(Point(point), self.b, (free, zero), early, VALUE, hit, margin, rounding=rounding)
         until = Capsule(ray.origin, point, zero)
         way = norm(point - ray.origin)
         yield self._claim(until, self.b, (zero, -free), (RAY_LATE, ""), VALUE, hit & (way > 0), margin, way, rounding)
+        off = "", RAY_OFF
+        yield self._claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding)
         normal = answers.normal
         named = hit & np.isfinite(normal).all(axis=-1) & (norm(np.where(np.isfinite(normal), normal, 0.0)) > 0)
         outward = np.where(named[:, None], normal, np.array([0.0, 0.0, 1.0]))

@@ -21,7 +21,7 @@ TRUTHS = {
     claims.TOGETHER: _OF_THE_WITNESSES,
     claims.RAY_MISSED: _OF_THE_RAY,
     claims.RAY_FALSE: _OF_THE_RAY,
-    claims.RAY_EARLY: "the point at that time is proven to lie {} away from the shape",
+    claims.RAY_OFF: "the point at that time is proven to lie {} away from the shape",
     claims.RAY_LATE: "the way to that point is proven to cross the shape, with a signed distance of {}",
     claims.TILTED: "the space in front of its normal is proven to overlap the shape, with a signed distance of {}",
 }

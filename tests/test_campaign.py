@@ -1,0 +1,197 @@
+"""The whole way through, on engines that are right or wrong on purpose: each is found, and named rightly."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import oracles.judge
+from oracles import claims
+from oracles.buckets import Buckets, clumsiness_of_scene
+from oracles.campaign import run_campaign
+from oracles.judge import CRASHED, RAISED, TIMED_OUT
+from oracles.known import KnownFaults, parse
+from oracles.outcome import FINDINGS, Kind, Run, Severity
+from oracles.regimes import REGIMES
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
+from refimpl.proof import check
+from tests.wrong_engines import (
+    Crashing,
+    FlippedNormal,
+    Hanging,
+    Honest,
+    Leaving,
+    MissedContact,
+    NotANumber,
+    OffByAThousandth,
+    Raising,
+    spec,
+)
+
+PAIRS = ["Sphere–Sphere", "Ray–Sphere"]
+NOTHING = KnownFaults()
+
+
+def campaign(engine: type[Honest], *, budget: float = 2.0, pairs: list[str] | None = None, **options: object) -> Run:
+    options = {"call_limit": 0.3, "seed": 3, "known": NOTHING} | options
+    return run_campaign([spec(engine)], budget=budget, pairs=pairs or PAIRS, **options)  # type: ignore[arg-type]
+
+
+def symptoms(run: Run) -> set[tuple[str, str]]:
+    return {(b.query, b.symptom) for b in run.buckets}
+
+
+def test_a_right_engine_gives_no_finding_and_every_cell_is_compared() -> None:
+    run = campaign(Honest, budget=4.0, pairs=[*PAIRS, "Point–Sphere", "Sphere–AABB", "Point–AABB", "Sphere–Box"])
+    assert [(b.key, b.witness.verdict.claim) for b in run.buckets] == []
+    assert run.problems == []
+    assert run.total(engine="honest", kinds=(Kind.AGREES,)) > 3000
+    assert run.total(engine="honest", kinds=FINDINGS) == 0
+    for regime in REGIMES:
+        assert run.total(engine="honest", regime=regime, query=RAYCAST, kinds=(Kind.AGREES,)) > 0
+        assert run.total(engine="honest", regime=regime, pair="Sphere–Box", kinds=(Kind.UNSUPPORTED,)) > 0
+    assert run.total(engine="refimpl", kinds=(Kind.AGREES,)) > 50
+    assert {"scenes", "engine honest", "judge", "audit", "hunt"} <= set(run.timing)
+
+
+WRONG = [
+    (OffByAThousandth, {(DISTANCE, claims.LONG), (CONTACTS, claims.LONG), (RAYCAST, claims.RAY_LATE)}),
+    (FlippedNormal, {(DISTANCE, claims.OVERSHOT), (CONTACTS, claims.STUCK), (RAYCAST, claims.TILTED)}),
+    (MissedContact, {(BOOLEAN, claims.MISSED), (CONTACTS, claims.MISSED), (RAYCAST, claims.RAY_MISSED)}),
+    (NotANumber, {(query, claims.NOT_A_NUMBER) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
+    (Crashing, {(query, CRASHED) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
+    (Leaving, {(query, CRASHED) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
+    (Raising, {(query, RAISED) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
+    (Hanging, {(query, TIMED_OUT) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
+]
+
+
+@pytest.mark.parametrize(("engine", "expected"), WRONG, ids=lambda x: x.__name__ if isinstance(x, type) else "")
+def test_each_wrong_engine_is_found_and_named(engine: type[Honest], expected: set[tuple[str, str]]) -> None:
+    run = campaign(engine)
+    found = symptoms(run)
+    assert expected <= found
+    also = {FlippedNormal: {claims.STUCK}, OffByAThousandth: {claims.RAY_OFF}}  # in another pose, or past a grazed ball
+    words = {symptom for _, symptom in expected} | also.get(engine, set())
+    assert {symptom for _, symptom in found} <= words, found
+    assert run.problems == []
+    for bucket in run.buckets:
+        verdict, scene = bucket.witness.verdict, bucket.witness.scene
+        assert bucket.count >= bucket.proven >= 1
+        assert sum(bucket.regimes.values()) == bucket.count
+        assert bucket.repro
+        compile(bucket.repro, "repro", "exec")
+        shown = verdict.proof_scene or scene
+        lower, upper = check(verdict.certificate, shown.a, shown.b)
+        assert verdict.lower <= lower <= upper <= verdict.upper
+
+
+def test_a_wrong_boolean_is_graver_than_a_wrong_number() -> None:
+    run = campaign(MissedContact, pairs=["Sphere–Sphere"])
+    assert {b.witness.verdict.severity for b in run.buckets} == {Severity.BOOLEAN}
+    run = campaign(OffByAThousandth, pairs=["Sphere–Sphere"])
+    assert Severity.BOOLEAN not in {b.witness.verdict.severity for b in run.buckets}
+    worst = max(b.worst for b in run.buckets if b.witness.scene.regime == "generic")
+    assert worst == pytest.approx(1e-3, rel=1e-6)
+
+
+def test_the_amount_is_proven_and_no_larger_than_the_error() -> None:
+    run = campaign(OffByAThousandth, pairs=["Sphere–Sphere"], budget=1.0)
+    for bucket in run.buckets:
+        verdict = bucket.witness.verdict
+        size = max(1.0, bucket.witness.scene.size)
+        assert verdict.amount <= 1e-3 + 1e-15 * size
+        assert verdict.amount >= 1e-3 - 1e-14 * size
+        answered = bucket.witness.answer["distance"]
+        assert answered - verdict.upper == pytest.approx(1e-3, abs=1e-14 * size)  # type: ignore[operator]
+
+
+def test_witnesses_are_the_simplest_found() -> None:
+    run = campaign(OffByAThousandth, pairs=["Sphere–Sphere"], budget=4.0)
+    simplest = min(run.buckets, key=lambda b: clumsiness_of_scene(b.witness.scene))
+    assert clumsiness_of_scene(simplest.witness.scene) <= 20, simplest.witness.scene
+
+
+def test_a_wrong_reference_stops_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    true = oracles.judge.distance
+
+    def off(a: object, b: object) -> object:
+        found = true(a, b)  # type: ignore[arg-type]
+        return type(found)(found.distance + 1e-9, found.on_a, found.on_b, found.normal)
+
+    monkeypatch.setattr(oracles.judge, "distance", off)
+    run = campaign(Honest, budget=30.0)
+    assert run.reference_wrong
+    assert run.seconds < 20
+    assert run.buckets[0].engine == "refimpl"
+    assert run.buckets[0].known is None
+    assert len(run.problems) == 1
+    assert "the reference was proven wrong" in run.problems[0]
+
+
+def test_the_reference_can_never_be_listed_as_known() -> None:
+    faults = KnownFaults(tuple(parse("refimpl", '[[fault]]\nreason = "never"\n')))
+    found = Buckets(faults)
+    run = campaign(OffByAThousandth, pairs=["Sphere–Sphere"], budget=0.5)
+    finding = run.buckets[0].witness
+    wrong = type(finding.verdict)(Kind.REFERENCE_WRONG, "reference outside its proof", Severity.GROSS, math.inf)
+    bucket = found.add_proven(type(finding)("refimpl", finding.scene, {}, {}, wrong))
+    assert bucket.known is None
+
+
+def test_known_faults_are_excused_by_reason_and_only_as_far_as_it_goes() -> None:
+    text = '''
+    [[fault]]
+    reason = """This engine is
+    off on purpose."""
+    pair = "Sphere–*"
+    query = ["distance", "contacts"]
+    symptom = "distance too *"
+'''
+    known = KnownFaults(tuple(parse("honest", text)))
+    run = campaign(OffByAThousandth, known=known)
+    by_query = {b.query: b.known for b in run.buckets}
+    assert by_query[DISTANCE] == by_query[CONTACTS] == "This engine is off on purpose."
+    assert by_query[RAYCAST] is None
+    narrow = KnownFaults(tuple(parse("honest", text + "at_most = 1e-9")))
+    verdicts = Counter(bool(b.known) for b in campaign(OffByAThousandth, known=narrow, pairs=PAIRS[:1]).buckets)
+    assert verdicts[True]
+    assert verdicts[False]
+
+
+@pytest.mark.parametrize("text", ["[[fault]]\npair='x'", "[[fault]]\nreason='x'\ncolour='red'", "[[fault]]\nreason='  '"])
+def test_known_faults_need_a_reason_and_known_fields(text: str) -> None:
+    with pytest.raises(ValueError, match="known faults of fcl, entry 1"):
+        list(parse("fcl", text))
+
+
+def test_the_same_seed_brings_the_same_scenes_and_verdicts() -> None:
+    first, second = (campaign(OffByAThousandth, budget=1e-9, pairs=["Sphere–Sphere"]) for _ in range(2))
+    assert first.counts == second.counts
+    assert [b.key for b in first.buckets] == [b.key for b in second.buckets]
+    assert [b.witness.scene.id for b in first.buckets] == [b.witness.scene.id for b in second.buckets]
+
+
+def test_an_interrupt_ends_with_what_was_found() -> None:
+    class Impatient:
+        def started(self, engines: object, cells: int) -> None:
+            assert cells == 4
+
+        def advanced(self, run: Run, elapsed: float) -> None:
+            if elapsed > 1:
+                raise KeyboardInterrupt
+
+    run = campaign(OffByAThousandth, budget=60.0, listener=Impatient())
+    assert run.interrupted
+    assert run.seconds < 20
+    assert run.buckets
+    assert all(b.repro for b in run.buckets)
+
+
+def test_seeds_are_whole_numbers_that_matter() -> None:
+    one, two = (campaign(OffByAThousandth, budget=1e-9, seed=s, pairs=["Sphere–Sphere"]) for s in (1, 2))
+    assert {b.witness.scene.id for b in one.buckets} != {b.witness.scene.id for b in two.buckets}
+    assert np.isfinite([b.worst for b in one.buckets]).all()
