@@ -25,8 +25,8 @@ OFF_SHAPE = "witness off its shape"
 APART, TOGETHER = "witnesses farther apart than the distance", "witnesses nearer than the distance"
 RAY_MISSED, RAY_OFF, RAY_LATE = (
     "ray misses a hit",
-    "ray hits before the shape",
-    "ray hits behind the surface",
+    "ray hit off the shape",
+    "ray hit behind the surface",
 )
 RAY_FALSE = "ray hits a shape that it misses"
 TILTED = "ray normal does not point outward"
