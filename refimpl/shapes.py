@@ -213,6 +213,14 @@ def as_positive(factor: Any) -> Array:
     return value
 
 
+def as_offset(offset: Any) -> Array:
+    """Check a translation: vectors (..., 3), finite."""
+    v = as_floats(offset)
+    if v.ndim == 0 or v.shape[-1] != 3 or not np.all(np.isfinite(v)):
+        raise ShapeError(f"a translation is a finite vector (x, y, z), got {np.asarray(offset).tolist()!r}")
+    return v
+
+
 def as_quaternion(rotation: Any) -> Array:
     """Check a rotation: a quaternion (x, y, z, w), finite and not zero."""
     q = as_floats(rotation)
@@ -248,7 +256,7 @@ class Point(Proxy):
 
     def translated(self, offset: Any) -> Self:
         """Move by `offset`."""
-        return type(self)(self.position + as_floats(offset))
+        return type(self)(self.position + as_offset(offset))
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""
@@ -293,7 +301,7 @@ class Ray(Proxy):
 
     def translated(self, offset: Any) -> Self:
         """Move the origin by `offset`."""
-        return type(self)(self.origin + as_floats(offset), self.direction)
+        return type(self)(self.origin + as_offset(offset), self.direction)
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin of the coordinates."""
@@ -328,7 +336,7 @@ class Sphere(Proxy):
 
     def translated(self, offset: Any) -> Self:
         """Move by `offset`."""
-        return type(self)(self.center + as_floats(offset), self.radius)
+        return type(self)(self.center + as_offset(offset), self.radius)
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""
@@ -365,7 +373,7 @@ class Capsule(Proxy):
 
     def translated(self, offset: Any) -> Self:
         """Move by `offset`."""
-        shift = as_floats(offset)
+        shift = as_offset(offset)
         return type(self)(self.p + shift, self.q + shift, self.radius)
 
     def rotated(self, rotation: Any) -> Self:
@@ -414,7 +422,7 @@ class HalfSpace(Proxy):
 
     def translated(self, offset: Any) -> Self:
         """Move by `offset`."""
-        return type(self)(self.normal, self.k - dot(self.normal, as_floats(offset)))
+        return type(self)(self.normal, self.k - dot(self.normal, as_offset(offset)))
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""
@@ -456,7 +464,7 @@ class AABB(Proxy):
 
     def translated(self, offset: Any) -> Self:
         """Move by `offset`."""
-        shift = as_floats(offset)
+        shift = as_offset(offset)
         return type(self)(self.lower + shift, self.upper + shift)
 
     def rotated(self, rotation: Any) -> Self:  # noqa: ARG002  there is none that works
@@ -500,7 +508,7 @@ class Box(Proxy):
 
     def translated(self, offset: Any) -> Self:
         """Move by `offset`."""
-        return type(self)(self.center + as_floats(offset), self.half_extents, self.rotation)
+        return type(self)(self.center + as_offset(offset), self.half_extents, self.rotation)
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""

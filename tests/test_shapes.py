@@ -142,6 +142,13 @@ def test_only_quaternions_rotate(rotation):
         Sphere([0, 0, 0], 1).rotated(rotation)
 
 
+@pytest.mark.parametrize("shape", EXAMPLES, ids=kind)
+@pytest.mark.parametrize("offset", [0, [1, 2], [0, 0, NAN], [[1, 2, 3, 4]]])
+def test_only_vectors_translate(shape, offset):
+    with pytest.raises(ShapeError, match="a translation is a finite vector"):
+        shape.translated(offset)
+
+
 def test_a_quaternion_of_any_length_is_the_same_rotation():
     q = np.array([0.1, -0.2, 0.3, 0.4])
     points = Point(np.random.default_rng(4).uniform(-2, 2, (20, 3)))

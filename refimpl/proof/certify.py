@@ -24,9 +24,7 @@ from refimpl.proof.points import Vector, along, dot, minus, opposite, root
 from refimpl.proof.rays import Miss, cast
 from refimpl.shapes import Capsule, HalfSpace, Proxy, Ray, Sphere, UnsupportedOperation
 
-TIGHT = Fraction(
-    1, 1 << 49
-)  # an interval this wide, relative to the scene, is narrow enough to stay with doubles
+TIGHT = Fraction(1, 1 << 49)  # an interval this wide, relative to the scene, is narrow enough to stay with doubles
 
 
 def certify(a: Proxy, b: Proxy) -> Certificate:
@@ -175,9 +173,7 @@ def _core(found: Features) -> Core:
     return Core(tuple(found.pairs), tuple(found.triangles), found.directions)
 
 
-def _exact_claims(
-    found: Features, radius_a: Fraction, radius_b: Fraction
-) -> tuple[tuple[Claim, Claim], bool]:
+def _exact_claims(found: Features, radius_a: Fraction, radius_b: Fraction) -> tuple[tuple[Claim, Claim], bool]:
     """Claims for the lower and the upper bound, and whether the proxies just touch."""
     if found.triangles:
         return (Escape(found.normal), _core(found)), False
@@ -207,8 +203,7 @@ def _time_claims(ray: Ray, shape: Proxy) -> tuple[Claim, ...]:
     early: list[Number] = [
         *_near_doubles(found.low, before, math.nextafter(before, 0.0)),
         found.low,
-        found.low
-        * (1 - Fraction(1, 1 << 100)),  # for where the ray grazes, and has no direction at the hit itself
+        found.low * (1 - Fraction(1, 1 << 100)),  # for where the ray grazes, and has no direction at the hit itself
     ]
     outside = (Separated(n, time) for time in early for n in _directions(found.normal(Fraction(time))))
     return _first_proven(outside, ray, shape), inside

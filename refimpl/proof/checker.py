@@ -320,6 +320,7 @@ def _core(claim: Core, a: _Solid, b: _Solid) -> Bound:
             raise InvalidCertificate("pairs: not directions in which the shape is unbounded")
         _polytope(points, claim.triangles)
         return -math.inf
+    # moving its vertices by `outside` at most, into the cores, brings no facet of the hull nearer by more than that
     outside = max((_outside(a, p) + _outside(b, q) for p, q in ends), default=Fraction(0))
     if len(points) == 1 and not _items(claim.triangles, "triangles"):
         bound = _root(_dot(points[0], points[0]))[1] + outside - a.radius - b.radius
@@ -343,9 +344,7 @@ def _times(claim: Claim, a: _Solid | _Ray, b: _Solid | _Ray) -> tuple[Bound, Bou
             if until is not None:
                 time = _number(until, "until")
                 part = _round(ray.origin, [_minus(ray.at(time), ray.origin)])
-                rises = (
-                    sign * _dot(n, ray.direction) > 0
-                )  # then only the end of the segment may touch its plane
+                rises = sign * _dot(n, ray.direction) > 0  # then only the end of the segment may touch its plane
             _, side = _gap(n, part, solid, solid.radius) if sign > 0 else _gap(n, solid, part, solid.radius)
             if time < 0 or side < (0 if rises else 1):
                 raise InvalidCertificate("n: the supporting planes do not leave a gap")

@@ -218,10 +218,7 @@ def deepest(difference: Difference, common: Features) -> Features:
     if facet.offset == 0:
         return common._replace(normal=facet.normal)
     used = {i: n for n, i in enumerate(sorted({i for corners in polytope.facets for i in corners}))}
-    pairs = [
-        (difference.mean([v.a], [1]), difference.mean([v.b], [1]))
-        for v in (polytope.vertices[i] for i in used)
-    ]
+    pairs = [(difference.mean([v.a], [1]), difference.mean([v.b], [1])) for v in (polytope.vertices[i] for i in used)]
     return Features(facet.normal, pairs, [(used[i], used[j], used[k]) for i, j, k in polytope.facets])
 
 

@@ -84,22 +84,22 @@ def _tube(origin: Vector, way: Vector, p: Vector, q: Vector, radius: Fraction) -
     intervals in which the nearest point is p, between both, or q.
     """
     edge, start = minus(q, p), minus(origin, p)
-    length, rate, place = dot(edge, edge), dot(edge, way), dot(edge, start)
+    square, rate, place = dot(edge, edge), dot(edge, way), dot(edge, start)
 
     def normal(time: Fraction) -> Vector:
-        share = min(max((place + time * rate) / length, Fraction(0)), Fraction(1)) if length else 0
+        share = min(max((place + time * rate) / square, Fraction(0)), Fraction(1)) if square else 0
         return minus(along(p, share, edge), along(origin, time, way))
 
-    ends = sorted({(end - place) / rate for end in (0, length) if rate} | {Fraction(0)})
-    times = [time for time in ends if time >= 0]
+    changes = {(end - place) / rate for end in (0, square) if rate}
+    times = sorted({Fraction(0)} | {time for time in changes if time > 0})
     for time, end in zip(times, [*times[1:], None], strict=True):
-        at = place + rate * (time + 1 if end is None else (time + end) / 2)
-        if 0 < at < length:
-            u, v, r2 = cross(way, edge), cross(along(start, time, way), edge), radius * radius * length
+        middle = place + rate * (time + 1 if end is None else (time + end) / 2)
+        if 0 < middle < square:
+            u, v, limit = cross(way, edge), cross(along(start, time, way), edge), radius * radius * square
         else:
-            u, v, r2 = way, minus(along(origin, time, way), p if at <= 0 else q), radius * radius
+            u, v, limit = way, minus(along(origin, time, way), p if middle <= 0 else q), radius * radius
         # the ray is inside t after `time` where a t² + 2 b t + c ≤ 0, as long as it is in this interval
-        a, b, c = dot(u, u), dot(u, v), dot(v, v) - r2
+        a, b, c = dot(u, u), dot(u, v), dot(v, v) - limit
         if c <= 0:
             return Hit(time, time, time, normal)
         if b < 0 <= b * b - a * c:

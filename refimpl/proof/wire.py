@@ -28,9 +28,7 @@ from refimpl.proof.checker import (
     Vector,
 )
 
-DECIMAL_BITS = (
-    12_000  # Python turns only about 4300 digits into decimals; longer numbers are written to base 16
-)
+DECIMAL_BITS = 12_000  # Python turns only about 4300 digits into decimals; longer numbers are written to base 16
 INTEGER = "(?:0|[1-9][0-9]{0,3999}|0x[0-9a-f]+)"
 RATIONAL = re.compile(f"-?{INTEGER}(?:/{INTEGER})?")
 
