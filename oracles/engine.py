@@ -276,9 +276,7 @@ class Engine(ABC):
     def tolerance(self, query: str, A: Kind, B: Kind) -> Tolerance:
         """Give what the engine promises in a supported cell."""
 
-    def effective(
-        self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array
-    ) -> tuple[Effective, Effective]:
+    def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> tuple[Effective, Effective]:
         """Give the shapes that the engine effectively uses for scenes of a cell."""
         del query
         return Effective.exactly(A, rows_a), Effective.exactly(B, rows_b)

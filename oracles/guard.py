@@ -86,14 +86,13 @@ class Board:
 # -- the hand ------------------------------------------------------------------------------------------------
 
 
-def hand(engine: Engine, board: Board, connection: Connection) -> NoReturn:
+def be_the_hand(engine: Engine, board: Board, connection: Connection) -> NoReturn:
     """Answer chunks until the connection closes; never returns into the guard's code."""
     try:
         _end_with_parent()
         solvers: dict[tuple[str, Kind, Kind], Solver] = {}
         while True:
             query, A, B, rows_a, rows_b, first = connection.recv()
-            board.at[0] = first
             try:
                 solve = solvers.get((query, A, B)) or engine.solver(query, A, B)
             except Exception as error:  # whatever an engine raises is its answer
@@ -180,11 +179,18 @@ class Guard:
             size, errors = part.stop - start, self._chunk(job, part, timeouts)
             result.status[part], result.table[part] = self.board.status[:size], self.board.table[:size]
             result.errors.update({start + i: text for i, text in errors.items()})
-        for i, text in faults(job.query, self.engine.says(job.query, job.A, job.B), result.table).items():
+        for i, text in self._faults(job, result.table).items():
             if result.status[i] == Status.ANSWERED:
                 result.status[i], result.errors[i] = Status.ERROR, text
         result.table[result.status != Status.ANSWERED] = np.nan
         return result
+
+    def _faults(self, job: Job, table: Array) -> dict[int, str]:
+        try:
+            says = self.engine.says(job.query, job.A, job.B)
+        except Exception as error:  # one's own engine may raise anything
+            return dict.fromkeys(range(len(table)), said(error))
+        return faults(job.query, says, table)
 
     def _chunk(self, job: Job, part: slice, timeouts: Counter[int]) -> dict[int, str]:
         """Have one chunk answered, with as many hands as it takes."""
@@ -196,6 +202,7 @@ class Guard:
             if job.give_up_after is not None:
                 lost = [group for group, count in timeouts.items() if count >= job.give_up_after]
                 board.status[first:size][np.isin(groups[first:], lost)] = Status.SKIPPED
+            board.at[0] = first
             rows = job.rows_a[part][first:], job.rows_b[part][first:]
             fate, text = self._watch((job.query, job.A, job.B, *rows, first), errors)
             if fate == Status.ANSWERED:
@@ -245,14 +252,16 @@ class Guard:
         return wall >= self.call_limit and not starved
 
     def _hand(self) -> Connection:
-        """Give the hand, forking one when there is none."""
+        """Give the hand, forking one when there is none or it ended while it had nothing to do."""
+        if self.connection is not None and os.waitid(os.P_PID, self.hand_id, os.WEXITED | os.WNOHANG | os.WNOWAIT):
+            self._reap()
         if self.connection is None:
             self.connection, theirs = Pipe()
             self.hand_id = os.fork()
             if not self.hand_id:
                 self.parent.close()
                 self.connection.close()
-                hand(self.engine, self.board, theirs)
+                be_the_hand(self.engine, self.board, theirs)
             theirs.close()
         return self.connection
 
