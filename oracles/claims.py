@@ -28,6 +28,7 @@ RAY_MISSED, RAY_OFF, RAY_LATE = (
     "ray hit off the shape",
     "ray hit behind the surface",
 )
+RAY_POINT = "ray's hit point is not where its time is"
 RAY_FALSE = "ray hits a shape that it misses"
 TILTED = "ray normal does not point outward"
 
@@ -180,10 +181,8 @@ class Questioned:
             (said_a, on_a, self.a, self.margin_a),
             (said_b, on_b, self.b, self.margin_b),
         ):
-            if isinstance(shape, Point):
-                shape = Capsule(shape.position, shape.position, zero)  # noqa: PLW2901  two points are no cell
             point = Point(np.where(said[:, None], witness, 0.0))
-            yield self._claim(point, shape, (free, zero), ("", OFF_SHAPE), WITNESS, said, margin)
+            yield self._claim(point, _tested(shape), (free, zero), ("", OFF_SHAPE), WITNESS, said, margin)
         both = said_a & said_b
         ball = np.where(both[:, None], on_b, 0.0)
         reach = np.where(both, np.abs(answers.distance), 0.0)
@@ -218,6 +217,10 @@ class Questioned:
         yield self._claim(until, self.b, (zero, -free), (RAY_LATE, ""), VALUE, hit & (way > 0), margin, way, rounding)
         off = "", RAY_OFF
         yield self._claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding)
+        placed = hit & np.isfinite(answers.point).all(axis=-1)
+        named_point = Point(np.where(placed[:, None], answers.point, point))
+        ball = Capsule(point, point, zero)
+        yield self._claim(named_point, ball, (free, zero), ("", RAY_POINT), WITNESS, placed, zero, rounding=rounding)
         normal = answers.normal
         named = hit & np.isfinite(normal).all(axis=-1) & (norm(np.where(np.isfinite(normal), normal, 0.0)) > 0)
         outward = np.where(named[:, None], normal, np.array([0.0, 0.0, 1.0]))
@@ -230,6 +233,11 @@ class Questioned:
 def past(ray: Ray, b: Proxy) -> Array:
     """Time by which a ray is past anything of a bounded solid, or well past a half-space's near side."""
     return 2.0 + (norm(b.reference_point - ray.origin) + 4.0 * b.magnitude) / norm(ray.direction)
+
+
+def _tested(shape: Proxy) -> Proxy:
+    """The shape as one that a point can be tested against: two points are no cell of the table."""
+    return Capsule(shape.position, shape.position, np.zeros(len(shape))) if isinstance(shape, Point) else shape
 
 
 def _cube_on(point: Array, outward: Array, half: Array) -> Box:

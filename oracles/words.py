@@ -17,6 +17,7 @@ TRUTHS = {
     claims.STUCK: _AFTER_THE_MOVE,
     claims.OVERSHOT: _AFTER_THE_MOVE,
     claims.OFF_SHAPE: "its witness is proven to lie {} away from its shape",
+    claims.RAY_POINT: "the point it names is proven to lie {} away from the point at its time",
     claims.APART: _OF_THE_WITNESSES,
     claims.TOGETHER: _OF_THE_WITNESSES,
     claims.RAY_MISSED: _OF_THE_RAY,
