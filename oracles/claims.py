@@ -204,14 +204,15 @@ class Questioned:
         margin = self.margin_b
         reach = past(ray, self.b)
         reach = np.where(hit & np.isfinite(answers.t), np.maximum(reach, answers.t), reach)
-        whole = Capsule(ray.origin, ray.at(reach), zero)
-        yield self._claim(whole, self.b, (zero, -free), (RAY_MISSED, ""), BOOL, missed, margin)
-        yield self._claim(whole, self.b, (free, zero), ("", RAY_FALSE), BOOL, hit, margin)
+        end = ray.at(reach)
+        whole, rounding = Capsule(ray.origin, end, zero), _rounding(ray.origin, end)
+        yield self._claim(whole, self.b, (zero, -free), (RAY_MISSED, ""), BOOL, missed, margin, rounding=rounding)
+        yield self._claim(whole, self.b, (free, zero), ("", RAY_FALSE), BOOL, hit, margin, rounding=rounding)
         t = np.where(hit & np.isfinite(answers.t), np.maximum(answers.t, 0.0), 0.0)
         point = ray.at(t)
         hit = hit & (np.abs(point).max(axis=-1) < 1e150)
         point = np.where(hit[:, None], point, ray.origin)
-        rounding = ROUNDING * (np.abs(ray.origin).max(axis=-1) + np.abs(point).max(axis=-1))
+        rounding = _rounding(ray.origin, point)
         until = Capsule(ray.origin, point, zero)
         way = norm(point - ray.origin)
         yield self._claim(until, self.b, (zero, -free), (RAY_LATE, ""), VALUE, hit & (way > 0), margin, way, rounding)
@@ -228,6 +229,11 @@ class Questioned:
         if isinstance(self.b, HalfSpace):  # two half-spaces overlap without end at the least tilt
             beyond = _cube_on(point, outward, np.maximum(ray.magnitude, self.b.magnitude))
         yield self._claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin, rounding=rounding)
+
+
+def _rounding(u: Array, v: Array) -> Array:
+    """What rounding a sum of two vectors costs, given one of them and the sum."""
+    return ROUNDING * (np.abs(u).max(axis=-1) + np.abs(v).max(axis=-1))
 
 
 def past(ray: Ray, b: Proxy) -> Array:

@@ -1,12 +1,13 @@
 """Known faults of the engines: data with a reason each, so that no bound has to be loosened for them.
 
-An entry of ``oracles/known/ENGINE.toml`` names patterns (shell wildcards) for query, pair, symptom and regime, the
-largest error relative to the scene's size that it excuses, and the reason in a sentence. What no entry covers
-is new. Faults of the reference can never be entered.
+An entry of ``oracles/known/ENGINE.toml`` names patterns for query, pair, symptom and regime, how large an error
+and in which scenes it excuses, and the reason. What no entry covers is new. Faults of the reference can never
+be entered.
 """
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
@@ -16,11 +17,22 @@ from typing import Any
 
 from oracles.outcome import Kind, Verdict
 from oracles.scene import Scene
+from refimpl import AABB, Box
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One known fault; an empty list of patterns would fit nothing, so the default fits all."""
+    """One known fault; what is not given fits all.
+
+    Attributes
+    ----------
+    query, pair, symptom, regime
+        Shell patterns, of which one has to fit.
+    at_most, within
+        Largest error that is excused: relative to the scene's size, and as a length.
+    thinner_than, larger_than
+        Only scenes in which a box has a half extent below this; in which a coordinate or extent is above this.
+    """
 
     engine: str
     reason: str
@@ -28,7 +40,10 @@ class Fault:
     pair: tuple[str, ...] = ("*",)
     symptom: tuple[str, ...] = ("*",)
     regime: tuple[str, ...] = ("*",)
-    at_most: float = float("inf")
+    at_most: float = math.inf
+    within: float = math.inf
+    thinner_than: float = math.inf
+    larger_than: float = 0.0
 
     def covers(self, engine: str, scene: Scene, verdict: Verdict) -> bool:
         """Whether this entry explains the finding."""
@@ -40,8 +55,18 @@ class Fault:
             (self.symptom, verdict.symptom),
             (self.regime, scene.regime),
         )
-        fits = all(any(fnmatchcase(text, p) for p in patterns) for patterns, text in texts)
-        return fits and not verdict.amount > self.at_most * scene.size
+        if not all(any(fnmatchcase(text, p) for p in patterns) for patterns, text in texts):
+            return False
+        if verdict.amount > min(self.at_most * scene.size, self.within):
+            return False
+        thin = math.isinf(self.thinner_than) or thinnest_box(scene) < self.thinner_than
+        return thin and scene.size >= self.larger_than
+
+
+def thinnest_box(scene: Scene) -> float:
+    """Smallest half extent of any box in the scene; infinite without boxes."""
+    boxes = [s.to_box() if isinstance(s, AABB) else s for s in (scene.a, scene.b)]
+    return min((float(s.half_extents.min()) for s in boxes if isinstance(s, Box)), default=math.inf)
 
 
 @dataclass(frozen=True)
@@ -75,7 +100,12 @@ def parse(engine: str, text: str) -> Iterable[Fault]:
         unknown = set(entry) - names
         if unknown or not str(entry.get("reason", "")).strip():
             raise ValueError(f"known faults of {engine}, entry {number}: needs a reason; unknown: {sorted(unknown)}")
-        values: dict[str, Any] = {
-            k: tuple([v] if isinstance(v, str) else v) for k, v in entry.items() if k not in ("reason", "at_most")
-        }
-        yield Fault(engine, " ".join(entry["reason"].split()), at_most=float(entry.get("at_most", "inf")), **values)
+        values = {name: _value(value) for name, value in entry.items() if name != "reason"}
+        yield Fault(engine, " ".join(entry["reason"].split()), **values)
+
+
+def _value(value: Any) -> Any:
+    """A number, or patterns: one may stand without a list."""
+    if isinstance(value, str):
+        return (value,)
+    return tuple(value) if isinstance(value, list) else float(value)

@@ -1,0 +1,56 @@
+"""The README does what it says: its code runs, its table is fresh, CI runs its test line."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reports import cli
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text("utf-8")
+
+
+def test_the_pair_table_is_fresh(capsys: pytest.CaptureFixture[str]) -> None:
+    cli.main(["table", "--markdown"])
+    shown = re.search(r"<!-- pair table: .*? -->\n(.*?)<!-- end of pair table -->", README, re.DOTALL)
+    assert shown
+    assert shown[1].strip() == capsys.readouterr().out.strip(), "stale: paste what `proxyproof table --markdown` prints"
+
+
+def test_the_example_runs_and_says_the_truth() -> None:
+    code = re.search(r"```python\n(.*?)```", README, re.DOTALL)
+    assert code
+    space: dict[str, object] = {}
+    for statement in code[1].splitlines():
+        said = re.search(r"^(refimpl\.(?:intersect|distance)|check)\(.*?  # (\S+)", statement)
+        if not said:
+            exec(statement, space)
+            continue
+        value = eval(statement, space)
+        if said[2] == "False":
+            assert not value
+        elif said[2] == "0.5,":
+            assert value == 0.5
+        elif said[2] == "(100000,)":
+            assert value == (100_000,)
+        else:
+            assert value[0] == value[1] == np.float64(0.5)
+
+
+def test_ci_runs_the_test_line() -> None:
+    line = re.search(r"<!-- test line -->\n```sh\n(.*?)\n```", README)
+    assert line
+    assert "pytest" in line[1]
+    script = (ROOT / ".ci" / "run").read_text("utf-8")
+    assert "<!-- test line -->" in script
+    assert "proxyproof run --budget 20" in script
+
+
+def test_every_file_that_the_readme_names_is_there() -> None:
+    for name in re.findall(r"\(([\w/.]+\.png)\)|`((?:refimpl|oracles)/[\w/.]*)`", README):
+        path = ROOT / (name[0] or name[1])
+        assert path.exists(), path
