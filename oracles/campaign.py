@@ -35,7 +35,7 @@ from oracles.words import decade_of
 from oracles.worker import EngineWorker
 from refimpl.shapes import Proxy
 
-FIRST_PASS, LARGEST_PASS = 6, 200
+FIRST_PASS, LARGEST_PASS = 6, 400
 GIVE_UP_AFTER = 1
 HUNT_SHARE = 0.35
 LOOK_AHEAD = 3
@@ -135,7 +135,7 @@ class Campaign:
             before = self.elapsed
             until = min(self.run.budget, before + max(1.0, HUNT_SHARE * (self.run.budget - before)))
             self.hunting(number, until)
-            number, each = number + 1, min(2 * each, LARGEST_PASS)
+            number, each = number + 1, min(4 * each, LARGEST_PASS)
             self.bulk_pass(number, each, until=self.run.budget)
 
     def bulk_pass(self, number: int, each: int, until: float = float("inf")) -> None:
@@ -319,7 +319,7 @@ class Campaign:
 
 def own_versions() -> dict[str, str]:
     """Versions of whatever the verdicts depend on besides the engines."""
-    found = {"python": platform.python_version(), "platform": platform.platform(terse=True)}
+    found = {"python": platform.python_version(), "platform": f"{platform.system()} {platform.machine()}"}
     return found | {name: version(name) for name in ("proxyproof", "numpy", "hypothesis")}
 
 

@@ -162,7 +162,9 @@ def test_known_faults_are_excused_by_reason_and_only_as_far_as_it_goes() -> None
     assert verdicts[False]
 
 
-@pytest.mark.parametrize("text", ["[[fault]]\npair='x'", "[[fault]]\nreason='x'\ncolour='red'", "[[fault]]\nreason='  '"])
+@pytest.mark.parametrize(
+    "text", ["[[fault]]\npair='x'", "[[fault]]\nreason='x'\ncolour='red'", "[[fault]]\nreason='  '"]
+)
 def test_known_faults_need_a_reason_and_known_fields(text: str) -> None:
     with pytest.raises(ValueError, match="known faults of fcl, entry 1"):
         list(parse("fcl", text))
