@@ -15,7 +15,7 @@ import numpy as np
 from oracles.engine import Answers
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray, distance
-from refimpl.linear import Array, Bools, dot, norm, scale
+from refimpl.linear import Array, Bools, dot, largest, norm, scale
 
 NOT_A_NUMBER = "not a number"
 MISSED, FALSE = "missed contact", "false contact"
@@ -233,7 +233,7 @@ class Questioned:
 
 def _rounding(u: Array, v: Array) -> Array:
     """What rounding a sum of two vectors costs, given one of them and the sum."""
-    return ROUNDING * (np.abs(u).max(axis=-1) + np.abs(v).max(axis=-1))
+    return ROUNDING * (largest(u) + largest(v))
 
 
 def past(ray: Ray, b: Proxy) -> Array:

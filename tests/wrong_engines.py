@@ -4,7 +4,6 @@ Name one to a worker with `spec`. Those that are lost (crash, hang, raise) are s
 coordinate of A is positive, so that the scenes between show whether the campaign goes on.
 """
 
-# ruff: noqa: ARG002  what overrides has the arguments of what it overrides
 from __future__ import annotations
 
 import math

@@ -1,0 +1,215 @@
+"""The judge: every kind of verdict, from the proven interval and the answer's own properties."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from oracles import claims
+from oracles.answers import reference_answers, take
+from oracles.engine import COLUMNS, WIDTH, Answers, Bound, Convention, Effective, Kind, Status, Tolerance
+from oracles.judge import Judge, audit
+from oracles.outcome import Kind as Verdicts
+from oracles.outcome import Severity
+from oracles.regimes import REGIMES
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Cell, Scene, cells
+from refimpl import AABB, Box, Capsule, HalfSpace, Point, Ray, Sphere
+from refimpl.linear import Array
+from refimpl.pairs import TABLE
+from refimpl.proof import check
+from tests.conftest import name_of, scenes_of
+from tests.wrong_engines import Honest
+
+
+class Exact(Honest):
+    """An engine on paper: its answers are given by the tests."""
+
+    def __init__(self, absolute: float = 0.0, relative: float = 1e-12) -> None:
+        self.bound = Bound(absolute, relative)
+
+    def tolerance(self, query: str, A: Kind, B: Kind) -> Tolerance:
+        return Tolerance(self.bound, self.bound, self.bound, "for this test")
+
+
+class Grown(Exact):
+    """Declares that it grows each shape by a hundredth."""
+
+    def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> tuple[Effective, Effective]:
+        margin = np.full(len(rows_a), 0.01)
+        return Effective(A, rows_a, margin), Effective(B, rows_b, margin)
+
+
+class BlindInside(Exact):
+    def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
+        return {Convention.NO_HIT_FROM_INSIDE: "by design"}
+
+
+class AnyDepth(Exact):
+    def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
+        return {Convention.DEPTH_OF_ITS_NORMAL: "by design"}
+
+
+def answers_of(scene: Scene, **changes: Any) -> Answers:
+    """The reference's own answer, with some columns changed."""
+    right = reference_answers(scene.query, scene.a[None], scene.b[None])
+    table = np.full((1, WIDTH), np.nan)
+    for name, columns in COLUMNS.items():
+        table[0, columns] = np.ravel(changes.get(name, getattr(right, name)[0]))
+    return Answers.from_table(np.zeros(1, dtype=np.int8), table, {})
+
+
+def verdict(engine: Honest, scene: Scene, **changes: Any) -> Any:
+    """Convict, after checking that the float screening agrees wherever it is certain."""
+    answers, judge = answers_of(scene, **changes), Judge(engine)
+    screening = judge.screen(scene.cell, scene.a[None], scene.b[None], answers)
+    found = judge.convict(scene, answers)
+    if screening.certain[0] and screening.kind[0] is Verdicts.WRONG:
+        assert found.kind is Verdicts.WRONG
+        assert found.symptom == screening.symptom[0]
+    if screening.kind[0] is Verdicts.AGREES:
+        assert found.kind is Verdicts.AGREES
+    return found
+
+
+APART = Scene(DISTANCE, Sphere([0, 0, 0], 1), Box([4, 0, 0], [1, 1, 1], [0, 0, 0, 1]), "generic")
+OVERLAPPING = Scene(CONTACTS, Sphere([0, 0, 0], 1), Box([1.5, 0, 0], [1, 1, 1], [0, 0, 0, 1]), "generic")
+BEAM = Scene(RAYCAST, Ray([-5, 0, 0], [2, 0, 0]), Sphere([0, 0, 0], 1), "generic")
+INSIDE = Scene(RAYCAST, Ray([0.5, 0, 0], [2, 0, 0]), Sphere([0, 0, 0], 1), "generic")
+CASES: list[tuple[Scene, dict[str, Any], str, float]] = [
+    (APART, {"distance": 2.001}, claims.LONG, 1e-3),
+    (APART, {"distance": 1.5}, claims.SHORT, 0.5),
+    (APART, {"distance": -math.inf}, claims.SHORT, math.inf),
+    (APART, {"normal": [-1, 0, 0]}, claims.OVERSHOT, 4.0),
+    (APART, {"normal": [0.6, 0.8, 0]}, claims.OVERSHOT, math.sqrt(3.6) - 1),
+    (APART, {"on_a": [1.25, 0, 0]}, claims.OFF_SHAPE, 0.25),
+    (APART, {"on_b": [3.25, 0, 0], "on_a": [0.9, 0, 0]}, claims.APART, 0.35),
+    (APART, {"on_a": [0, 1, 0]}, claims.APART, math.sqrt(10) - 2),
+    (OVERLAPPING, {"hit": 0.0}, claims.MISSED, 0.5),
+    (OVERLAPPING, {"distance": -0.25}, claims.LONG, 0.25),
+    (OVERLAPPING, {"distance": -0.75}, claims.SHORT, 0.25),
+    (OVERLAPPING, {"normal": [-1, 0, 0]}, claims.STUCK, 1.0),
+    (OVERLAPPING, {"normal": [0, 1, 0]}, claims.STUCK, 0.5),
+    (BEAM, {"hit": 0.0, "t": math.inf}, claims.RAY_MISSED, 1.0),
+    (BEAM, {"t": 1.5}, claims.RAY_OFF, 1.0),
+    (BEAM, {"t": 2.25}, claims.RAY_LATE, 0.5),
+    (BEAM, {"normal": [1, 0, 0]}, claims.TILTED, 2.0),
+    (BEAM, {"point": [-1.5, 0, 0]}, claims.RAY_POINT, 0.5),
+    (INSIDE, {"hit": 0.0, "t": math.inf}, claims.RAY_MISSED, 0.5),
+    (INSIDE, {"t": 0.25}, claims.RAY_LATE, 0.5),
+]
+
+
+@pytest.mark.parametrize(("scene", "change", "symptom", "amount"), CASES)
+def test_each_wrong_property_is_named_and_measured(
+    scene: Scene, change: dict[str, Any], symptom: str, amount: float
+) -> None:
+    assert verdict(Exact(), scene).kind is Verdicts.AGREES
+    found = verdict(Exact(), scene, **change)
+    assert (found.kind, found.symptom) == (Verdicts.WRONG, symptom)
+    assert found.amount == pytest.approx(amount, rel=1e-9)
+    assert symptom in found.claim
+    shown = found.proof_scene
+    lower, upper = check(found.certificate, shown.a, shown.b)
+    assert found.lower <= lower <= upper <= found.upper
+    generous = Exact(absolute=min(amount * 1.001, 1e300))
+    assert math.isinf(amount) or verdict(generous, scene, **change).symptom != symptom
+
+
+def test_false_contact_and_false_ray() -> None:
+    apart = Scene(BOOLEAN, APART.a, APART.b, "generic")
+    found = verdict(Exact(), apart, hit=1.0)
+    assert (found.symptom, found.amount, found.severity) == (claims.FALSE, 2.0, Severity.BOOLEAN)
+    miss = Scene(RAYCAST, Ray([-5, 3, 0], [2, 0, 0]), Sphere([0, 0, 0], 1), "generic")
+    found = verdict(Exact(), miss, hit=1.0, t=2.0)
+    assert (found.symptom, found.severity) == (claims.RAY_FALSE, Severity.BOOLEAN)
+    assert found.amount == pytest.approx(2.0)
+
+
+def test_an_effective_shape_makes_a_convention() -> None:
+    shorter = {"distance": 1.98, "on_a": [1.01, 0, 0], "on_b": [2.99, 0, 0]}
+    assert verdict(Exact(), APART, **shorter).kind is Verdicts.WRONG
+    assert verdict(Grown(), APART, **shorter).kind is Verdicts.CONVENTION
+    assert verdict(Grown(), APART).kind is Verdicts.AGREES
+    found = verdict(Grown(), APART, distance=1.9)
+    assert found.kind is Verdicts.WRONG
+    assert found.amount == pytest.approx(0.08)
+
+
+def test_conventions_excuse_what_they_name_and_no_more() -> None:
+    missed = {"hit": 0.0, "t": math.inf}
+    assert verdict(BlindInside(), INSIDE, **missed).kind is Verdicts.CONVENTION
+    assert verdict(BlindInside(), BEAM, **missed).kind is Verdicts.WRONG
+    sideways = {"distance": -math.sqrt(3), "normal": [0, 1, 0], "on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
+    corner = Scene(CONTACTS, Sphere([0, 0, 0], 1), Sphere([1, 0, 0], 1), "generic")
+    assert verdict(Exact(), corner, **sideways).kind is Verdicts.WRONG
+    assert verdict(AnyDepth(), corner, **sideways).kind is Verdicts.AGREES
+    assert verdict(AnyDepth(), corner, **(sideways | {"distance": -1.5})).symptom == claims.STUCK
+
+
+def test_what_rounding_could_excuse_is_undecided() -> None:
+    """The moved box is rounded, so an error of just the tolerance is neither proven nor refuted."""
+    kinds = [verdict(Exact(bound, 0.0), OVERLAPPING, distance=-0.75).kind for bound in (0.2499, 0.25, 0.2501)]
+    assert kinds == [Verdicts.WRONG, Verdicts.UNDECIDED, Verdicts.AGREES]
+
+
+@pytest.mark.parametrize("status", [Status.ERROR, Status.CRASHED, Status.TIMED_OUT])
+def test_a_lost_answer_keeps_its_text_and_the_truth(status: Status) -> None:
+    right = answers_of(APART)
+    lost = Answers(
+        status=np.array([status], dtype=np.int8),
+        **{n: getattr(right, n) for n in COLUMNS},
+        errors={0: "the last words"},
+    )
+    found = Judge(Exact()).convict(APART, lost)
+    assert found.kind is (Verdicts.TIMED_OUT if status is Status.TIMED_OUT else Verdicts.CRASHED)
+    assert "the last words" in found.claim
+    assert found.lower == found.upper == 2.0
+    assert found.severity is Severity.LOST
+
+
+@pytest.mark.parametrize("cell", cells(), ids=lambda c: f"{c.query}-{c.pair}")
+def test_the_reference_agrees_with_itself_in_every_regime(cell: Cell) -> None:
+    engine = Exact(absolute=0.0, relative=1e-13)
+    for regime in REGIMES:
+        a, b = scenes_of((cell.type_a, cell.type_b), regime, 60)
+        answers = reference_answers(cell.query, a, b)
+        if cell.query == CONTACTS:
+            keep = np.flatnonzero(np.isfinite(answers.distance))
+            a, b, answers = a[keep], b[keep], take(answers, keep)
+        screening = Judge(engine).screen(cell, a, b, answers)
+        for i, kind in enumerate(screening.kind):
+            case = f"{regime} {screening.symptom[i]} {screening.amount[i]} {a[i]} {b[i]}"
+            if kind is Verdicts.WRONG:
+                assert not screening.certain[i], case
+                scene = Scene(cell.query, a[i], b[i], regime)
+                assert Judge(engine).convict(scene, take(answers, [i])).kind is Verdicts.AGREES, case
+                continue
+            assert kind is Verdicts.AGREES, case
+
+
+@pytest.mark.parametrize("pair", TABLE, ids=name_of)
+def test_the_audit_passes_what_is_right(pair: tuple[type, type]) -> None:
+    for regime in REGIMES:
+        a, b = scenes_of(pair, regime, 8)
+        for i in range(8):
+            found = audit(a[i], b[i])
+            assert found.kind is Verdicts.AGREES, f"{found.claim} {a[i]} {b[i]}"
+
+
+def test_points_and_half_spaces_as_witnesses() -> None:
+    scene = Scene(DISTANCE, Point([0, 0, 3]), HalfSpace([0, 0, 2], -2), "generic")
+    assert verdict(Exact(), scene).kind is Verdicts.AGREES
+    assert verdict(Exact(), scene, on_a=[0, 0, 2.5]).symptom == claims.OFF_SHAPE
+    both = Scene(DISTANCE, HalfSpace([0, 0, 1], 0), HalfSpace([0, 0, -1], 2), "generic")
+    assert verdict(Exact(), both).kind is Verdicts.AGREES
+    assert verdict(Exact(), both, distance=1.0).symptom == claims.SHORT
+    endless = Scene(BOOLEAN, HalfSpace([0, 0, 1], 0), HalfSpace([0, 1, -1], 2), "generic")
+    assert verdict(Exact(), endless, hit=0.0).symptom == claims.MISSED
+
+
+def test_all_types_are_covered_here() -> None:
+    assert {AABB, Box, Capsule, HalfSpace, Point, Ray, Sphere} == {kind for pair in TABLE for kind in pair}
