@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -84,31 +84,39 @@ def parameter_towards_box(start: Array, step: Array, half: Array) -> Array:
     needs no sorting, and no rounding can mislead it by more than it costs in distance; a last step puts the
     foot exactly where the chosen slabs say.
     """
-    moving = step != 0
-    speed = np.where(moving, step, 1.0)
-    side = np.where(speed > 0, half, -half)
+    # Coordinates one by one, and the seven intervals in front: so numpy's inner loops run over the whole batch.
+    enters, leaves, sides = [], [], []
+    for x, d, h in _coordinates(start, step, half):
+        side = np.where(d > 0, h, -h)
+        speed = np.where(d != 0, d, 1.0)
+        with np.errstate(over="ignore"):
+            enters.append(np.where(d != 0, (-side - x) / speed, -np.inf))
+            leaves.append(np.where(d != 0, (side - x) / speed, np.inf))
+        sides.append(side)
+    begins = np.clip(np.stack([np.zeros_like(enters[0]), *enters, *leaves]), 0.0, 1.0)
+    slope, way = np.zeros_like(begins), np.zeros_like(begins)
+    for (x, d, _), enter, leave, side in zip(_coordinates(start, step, half), enters, leaves, sides, strict=True):
+        after = begins >= leave
+        slope += np.where(after | (begins < enter), d * d, 0.0)
+        way += np.where(after, d * (side - x), np.where(begins < enter, d * (-side - x), 0.0))
     with np.errstate(over="ignore"):
-        enter = np.where(moving, (-side - start) / speed, -np.inf)
-        leave = np.where(moving, (side - start) / speed, np.inf)
-    begins = np.concatenate([np.zeros((*enter.shape[:-1], 1)), enter, leave], axis=-1)
-    begins = np.clip(begins, 0.0, 1.0)[..., None]
-    before = begins < enter[..., None, :]
-    after = begins >= leave[..., None, :]
-    outside = before | after
-    speed = speed[..., None, :]
-    slope = np.where(outside, speed * speed, 0.0)
-    way = np.where(
-        outside, speed * (np.where(after, side[..., None, :], -side[..., None, :]) - start[..., None, :]), 0.0
-    )
-    slope = slope[..., 0] + slope[..., 1] + slope[..., 2]
-    way = way[..., 0] + way[..., 1] + way[..., 2]
-    with np.errstate(over="ignore"):
-        t = np.where(slope > 0, way / np.where(slope > 0, slope, 1.0), begins[..., 0])
+        t = np.where(slope > 0, way / np.where(slope > 0, slope, 1.0), begins)
     t = np.clip(t, 0.0, 1.0)
-    points = start[..., None, :] + scale(t, step[..., None, :])
-    beyond = np.maximum(np.abs(points) - half[..., None, :], 0.0)
-    best = np.argmin(dot(beyond, beyond), axis=-1)
-    return _settled(np.take_along_axis(t, best[..., None], axis=-1)[..., 0], start, step, half)
+    square = np.zeros_like(t)
+    for x, d, h in _coordinates(start, step, half):
+        beyond = np.maximum(np.abs(x + t * d) - h, 0.0)
+        square += beyond * beyond
+    best, least = t[0], square[0]
+    for other, its_square in zip(t[1:], square[1:], strict=True):
+        nearer = its_square < least
+        best, least = np.where(nearer, other, best), np.where(nearer, its_square, least)
+    return _settled(best, start, step, half)
+
+
+def _coordinates(*vectors: Array) -> Iterator[tuple[Array, ...]]:
+    """The x, the y and the z coordinates of all the vectors, each in memory of its own."""
+    for i in range(3):
+        yield tuple(np.ascontiguousarray(v[..., i]) for v in vectors)
 
 
 def _settled(t: Array, start: Array, step: Array, half: Array) -> Array:
