@@ -24,11 +24,11 @@ from oracles.answers import reference_answers, said, take
 from oracles.buckets import Buckets
 from oracles.draws import NumpyDraws
 from oracles.engine import Answers, Engine, SupportKind
-from oracles.engines import load_engine
+from oracles.engines import load_engine, require_sound
 from oracles.hunt import hunt
 from oracles.judge import Judge, audit
 from oracles.known import KnownFaults
-from oracles.outcome import Finding, Kind, Run, SupportNote, Verdict
+from oracles.outcome import ANSWERED, Finding, Kind, Run, SupportNote, Verdict
 from oracles.regimes import REGIMES, reasons
 from oracles.scene import Cell, Scene, cells
 from oracles.words import decade_of
@@ -38,6 +38,8 @@ from refimpl.shapes import Proxy
 FIRST_PASS, LARGEST_PASS = 6, 400
 GIVE_UP_AFTER = 1
 HUNT_SHARE = 0.35
+PATIENCE = 60.0
+"""Seconds beyond the budget that the first pass over all cells may take."""
 LOOK_AHEAD = 3
 
 PairKey = tuple[type[Proxy], type[Proxy]]
@@ -130,7 +132,9 @@ class Campaign:
     def go(self) -> None:
         """Bulk passes and hunts in turn, until the budget is used; the first pass is always finished."""
         each, number = FIRST_PASS, 0
-        self.bulk_pass(number, each)
+        self.bulk_pass(number, each, until=max(2 * self.run.budget, self.run.budget + PATIENCE))
+        if self.elapsed > self.run.budget + PATIENCE:
+            self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {self.run.budget:g} s")
         while self.elapsed < self.run.budget:
             before = self.elapsed
             until = min(self.run.budget, before + max(1.0, HUNT_SHARE * (self.run.budget - before)))
@@ -292,17 +296,25 @@ class Campaign:
         self.run.seconds = self.elapsed
         self.run.buckets = self.buckets.sorted()
         for bucket in self.run.buckets:
-            scene = bucket.witness.scene
             if bucket.engine in self.engines:
-                rows = scene.a.pack().tolist(), scene.b.pack().tolist()
-                cell = scene.cell
-                bucket.repro = self.engines[bucket.engine].repro(cell.query, cell.type_a, cell.type_b, *rows)
+                bucket.repro = self._repro(self.engines[bucket.engine], bucket.witness.scene)
         if not (self.run.interrupted or self.run.reference_wrong):
             self.run.problems += self._silent_cells()
+
+    @staticmethod
+    def _repro(engine: Engine, scene: Scene) -> str:
+        rows = scene.a.pack().tolist(), scene.b.pack().tolist()
+        try:
+            return engine.repro(scene.query, scene.cell.type_a, scene.cell.type_b, *rows)
+        except Exception as error:  # an adapter's mistake must not cost the report
+            return f"# {engine.name} wrote no script for this scene: {type(error).__name__}: {str(error)[:500]!r}\n"
 
     def _silent_cells(self) -> list[str]:
         """Supported cells and regimes in which nothing was compared: silence would look like agreement."""
         silent = []
+        for engine in self.engines:
+            if not self.run.total(engine=engine, kinds=ANSWERED):
+                silent.append(f"{engine}: no answer was compared at all")
         for (engine, query, pair), note in self.run.support.items():
             if note.kind == "unsupported":
                 continue
@@ -348,12 +360,19 @@ def run_campaign(
     call_limit
         Seconds an engine may take for one scene.
 
+    Raises
+    ------
+    EngineUnavailable
+        When an engine cannot be loaded or started, or its adapter is not sound.
+
     Returns
     -------
     Run
         Complete also after an interrupt (Ctrl-C), which it names.
     """
     loaded = {spec: load_engine(spec) for spec in engines}
+    for engine in loaded.values():
+        require_sound(engine)
     wanted = sorted(
         {(c.type_a, c.type_b) for c in cells() if not pairs or c.pair in pairs},
         key=lambda p: (p[0].__name__, p[1].__name__),

@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 from collections import Counter
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import hypothesis
 from hypothesis import HealthCheck, Phase, given, settings, target
+from hypothesis.configuration import set_hypothesis_home_dir
 
 from oracles.buckets import clumsiness_of_scene
 from oracles.engine import Answers
 from oracles.judge import Judge
-from oracles.outcome import CountKey, Kind, Verdict
+from oracles.outcome import FINDINGS, CountKey, Kind, Verdict
 from oracles.scene import Cell, Scene
 from oracles.strategies import scenes
 from oracles.words import decade_of
 from oracles.worker import EngineWorker
 
-MANY_EXAMPLES = 300
+MANY_EXAMPLES = 150
 STOP_AFTER_LOSSES = 2
 
 
 class Caught(AssertionError):
     """A proven wrong answer; each bucket has a subclass of its own, or Hypothesis would merge them."""
+
+
+class TimeUp(BaseException):
+    """The hunt's time is over; no `Exception`, because Hypothesis would take that for a finding."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +64,7 @@ class _Attack:
     def __call__(self, scene: Scene) -> None:
         """Put one scene before the engine; raise when its answer is proven wrong."""
         if time.monotonic() > self.deadline or self.losses >= STOP_AFTER_LOSSES:
-            return
+            raise TimeUp
         a, b, cell = scene.a[None], scene.b[None], self.cell
         answers = self.worker.answer(cell.query, cell.type_a, cell.type_b, a.pack(), b.pack())
         screening = self.judge.screen(cell, a, b, answers)
@@ -67,7 +74,8 @@ class _Attack:
             verdict = self.judge.convict(scene, answers)
             kind = verdict.kind
             self._remember(scene, answers, verdict)
-        self.counts[self.judge.engine.name, cell.query, cell.pair, scene.regime, kind] += 1
+        if kind not in FINDINGS:
+            self.counts[self.judge.engine.name, cell.query, cell.pair, scene.regime, kind] += 1
         if kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
             raise self._type_for(verdict.symptom, decade_of(verdict.amount, scene.size))
 
@@ -90,6 +98,7 @@ class _Attack:
 def hunt(judge: Judge, worker: EngineWorker, cell: Cell, *, seed: int, deadline: float) -> Hunt:
     """Search one cell until the deadline (of `time.monotonic`) or for a few hundred scenes."""
     attack = _Attack(judge, worker, cell, deadline)
+    set_hypothesis_home_dir(Path(tempfile.gettempdir()) / "proxyproof-hypothesis")  # not in the caller's folder
 
     @hypothesis.seed(seed)
     @settings(
@@ -107,16 +116,19 @@ def hunt(judge: Judge, worker: EngineWorker, cell: Cell, *, seed: int, deadline:
 
     try:
         search()
-    except (Caught, BaseExceptionGroup) as found:
-        _only_caught(found)
-    except hypothesis.errors.Flaky:
-        pass  # an answer that depends on earlier calls or on the clock: what was proven is remembered
-    return Hunt(list(attack.best.values()), attack.counts)
+    except (Caught, BaseExceptionGroup) as raised:
+        _only_caught(raised)
+    except (TimeUp, hypothesis.errors.Flaky):
+        pass  # flaky is an answer that depends on earlier calls: what was proven is remembered
+    found = list(attack.best.values())
+    for catch in found:  # one count for each finding that is filed, none for the steps of its shrinking
+        attack.counts[judge.engine.name, cell.query, cell.pair, catch.scene.regime, catch.verdict.kind] += 1
+    return Hunt(found, attack.counts)
 
 
 def _only_caught(found: BaseException) -> None:
     """Raise again whatever in a group is not ours."""
     if isinstance(found, BaseExceptionGroup):
-        _, rest = found.split((Caught, hypothesis.errors.Flaky))
+        _, rest = found.split((Caught, TimeUp, hypothesis.errors.Flaky))
         if rest is not None:
             raise rest

@@ -189,7 +189,10 @@ class Judge:
     def _at_most_effective(
         self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, scene: Scene, found: Verdict
     ) -> Verdict:
-        """Lessen the amount to what is also proven on the effective shape: the kinder of the two counts."""
+        """Lessen the amount to what is also proven on the effective shapes: the kinder of the two counts.
+
+        The certificate and its interval stay those of the scene itself, which the reader has before him.
+        """
         effective = self._questioned(cell, a, b, answers, effective=True)
         same = np.array_equal(effective.a.pack(), a.pack()) and np.array_equal(effective.b.pack(), b.pack())
         if same and not (effective.margin_a[0] or effective.margin_b[0]):
@@ -199,7 +202,11 @@ class Judge:
             return replace(found, kind=Kind.CONVENTION, severity=None)
         if other.kind is not Kind.WRONG:
             return other
-        return found if found.amount <= other.amount else other
+        if other.amount >= found.amount:
+            return found
+        kinder = f"{found.claim} On the shapes that {self.engine.name} effectively uses, still by {other.amount:.3g}."
+        severity = severity_of(found.symptom, other.amount, scene.size)
+        return replace(found, amount=other.amount, severity=severity, claim=kinder)
 
     def _proven_violation(self, cell: Cell, rows: Questioned, scene: Scene) -> Verdict:
         """Try every claim exactly; answer the gravest one that a certificate refutes."""

@@ -29,6 +29,7 @@ class Kind(StrEnum):
     """A certificate of ours failed, or excludes our own answer: the run stops."""
 
 
+ANSWERED = (Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.UNDECIDED)
 FINDINGS = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
 COMPARED = (
     Kind.AGREES,

@@ -25,6 +25,9 @@ P = TypeVar("P", bound=Proxy)
 def intersect(a: Proxy, b: Proxy) -> Bools:
     """Whether two proxies have a point in common; touching counts.
 
+    The cheapest test for the pair, often without a root: where the signed distance is within rounding of 0, its
+    sign may differ from this answer.
+
     Parameters
     ----------
     a, b : proxies, in either order
@@ -79,8 +82,9 @@ def distance(a: Proxy, b: Proxy) -> Separation:
     parts = []
     for u, v, exponent in _chunks(type(x), rows_x, type(y), rows_y):
         found = _ordered(rule, u, v)
-        on_a, on_b = (np.ldexp(w, exponent[:, None]) for w in (found.on_a, found.on_b))
-        parts.append(Separation(np.ldexp(found.distance, exponent), on_a, on_b, found.normal))
+        with np.errstate(over="ignore", under="ignore"):  # what no double can hold becomes infinite, or 0
+            on_a, on_b = (np.ldexp(w, exponent[:, None]) for w in (found.on_a, found.on_b))
+            parts.append(Separation(np.ldexp(found.distance, exponent), on_a, on_b, found.normal))
     columns = [np.concatenate([getattr(p, n) for p in parts]) for n in ("distance", "on_a", "on_b", "normal")]
     whole = Separation(*(c.reshape(batch + c.shape[1:])[()] for c in columns))
     return whole.flipped() if swapped else whole
@@ -105,7 +109,7 @@ def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any =
         raise ValueError("inverse_mass_a and inverse_mass_b are both 0: two immovable bodies cannot be moved apart")
     found = distance(a, b)
     hit = found.distance <= 0
-    depth = np.where(hit, -found.distance, 0.0)
+    depth = np.where(hit, 0.0 - found.distance, 0.0)
     share_b = wb / (wa + wb)
     ends = np.where(np.isfinite(depth), depth, np.nan)
     push_a, push_b = scale(-(1.0 - share_b) * ends, found.normal), scale(share_b * ends, found.normal)
@@ -135,7 +139,8 @@ def raycast(ray: Ray, b: Proxy) -> RayHit:
     times, normals = [], []
     for u, v, exponent in _chunks(type(x), rows_x, type(y), rows_y):
         t, normal = rule.function(u, v)
-        times.append(np.ldexp(t, exponent))
+        with np.errstate(over="ignore", under="ignore"):
+            times.append(np.ldexp(t, exponent))
         normals.append(normal)
     t, normal = np.concatenate(times), np.concatenate(normals)
     hit = np.isfinite(t)

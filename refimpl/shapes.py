@@ -195,7 +195,14 @@ class Proxy:
 
     def scaled(self, factor: Any) -> Self:
         """Scale uniformly about the origin by `factor` > 0."""
-        return self._scaled(as_positive(factor))
+        scale_by = as_positive(factor)
+        if len(np.shape(scale_by)) > len(self.batch_shape):
+            name = type(self).__name__
+            raise UnsupportedOperation(
+                f"a {name} scales uniformly, by one factor for each proxy: {np.asarray(factor).tolist()!r} is uneven; "
+                "scale a mesh or a hull instead, or build each shape from its own numbers"
+            )
+        return self._scaled(scale_by)
 
     def _scaled(self, factor: Array) -> Self:
         raise NotImplementedError

@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 import os
 import re
+import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -63,6 +65,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # the reader of a pipe has seen enough; nothing may be written at exit either
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FINISHED
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _refuse(f"standard output cannot be written: {error.strerror or error}")
     return status if isinstance(status, int) else FINISHED
 
 
@@ -130,7 +135,11 @@ def _folder(said: str) -> Path:
 def run(
     engine: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Engine to question; may be repeated. Default: all installed."),
+        typer.Option(
+            metavar="NAME",
+            help="Engine to question: fcl, bullet, or one of your own as module:class or file.py:class; "
+            "may be repeated. Default: all installed.",
+        ),
     ] = None,
     pair: Annotated[
         list[str] | None, typer.Option(metavar="A-B", help="Pair to try, as Sphere-Box; may be repeated. Default: all.")
@@ -141,8 +150,12 @@ def run(
     seed: Annotated[int, typer.Option(parser=_seed, metavar="NUMBER", help="Another seed tries other scenes.")] = 0,
     call_limit: Annotated[
         float,
-        typer.Option(parser=_seconds("--call-limit"), metavar="SECONDS", help="Time an engine has for one answer."),
-    ] = 1.0,
+        typer.Option(
+            parser=_seconds("--call-limit"),
+            metavar="SECONDS",
+            help="Processor time an engine has for one answer (waiting: five times that).",
+        ),
+    ] = 0.5,
     out: Annotated[Path, typer.Option(parser=_folder, metavar="DIR", help="Folder for the report.")] = Path(
         "discrepancy-report"
     ),
@@ -159,18 +172,30 @@ def run(
     from reports import folder, terminal  # noqa: PLC0415
 
     shown, progress = _consoles()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as Ctrl-C does: with a report
     try:
         folder.prepare(out)
         with terminal.progress(progress, budget) as listener:
             found = run_campaign(
                 engines, budget=budget, seed=seed, listener=listener, pairs=pairs, call_limit=call_limit
             )
-        terminal.print_summary(found, shown)
-        folder.write(found, out)
+        with _undisturbed():
+            folder.write(found, out)
     except (folder.FolderError, EngineUnavailable) as error:
         raise BadInput(str(error)) from None
+    terminal.print_summary(found, shown)
     print(f"report: {text.visible(out / 'index.html')}, report.md, run.json and repro/")
     return exit_status(found)
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let a second Ctrl-C wait: what was found is being written, which takes a second."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @app.command()
@@ -198,10 +223,12 @@ def _engines(chosen: Sequence[str] | None) -> list[str]:
     from oracles.engine import EngineUnavailable  # noqa: PLC0415
     from oracles.engines import available_engines, load_engine  # noqa: PLC0415
 
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())  # an engine of the user's own stands in the folder that he is in
     if not chosen:
         installed = [name for name, missing in available_engines().items() if missing is None]
         if not installed:
-            raise BadInput("no engine is installed: pip install 'proxyproof[engines]'")
+            raise BadInput("no engine is installed: pip install python-fcl pybullet (the extra 'engines')")
         return installed
     for name in dict.fromkeys(chosen):
         try:

@@ -99,8 +99,13 @@ def what_ran(run: Run) -> list[tuple[str, str]]:
         ("time", f"{text.seconds(run.seconds)} of a budget of {text.seconds(run.budget)}"),
         ("seed", str(run.seed)),
         ("cells", f"{cells}; {text.plural(len(tables.regimes(run)), 'regime')}"),
-        ("answers compared", text.count(tables.total(verdicts, COMPARED))),
-        ("findings", f"{text.count(tables.total(verdicts, FINDINGS))} in {text.plural(len(run.buckets), 'bucket')}"),
+        ("scenes asked", text.count(tables.total(verdicts, COMPARED))),
+        (
+            "findings",
+            f"{text.count(tables.total(verdicts, FINDINGS))} in {text.plural(len(run.buckets), 'bucket')}; "
+            f"{text.count(sum(bucket.proven for bucket in run.buckets))} proven one by one, the others "
+            "by the reference in floats, beyond what it may err by",
+        ),
         (
             "reference audited",
             f"{text.plural(own, 'answer')} of its own, {text.count(bad) if bad else 'none'} proven wrong",

@@ -111,8 +111,20 @@ def _view(number: int, bucket: Bucket) -> BucketView:
         about=_proxies(_proven_on(finding)) if _proven_on(finding) is not finding.scene else (),
         proof=_proof(finding),
         file=repro_file(number, bucket),
-        repro=bucket.repro,
+        repro=_script(bucket),
     )
+
+
+def _script(bucket: Bucket) -> str:
+    """The repro script, headed by what it is about and what is true."""
+    if not bucket.repro:
+        return ""
+    finding = bucket.witness
+    lines = [bucket.key, f"A = {readable(finding.scene.a)}", f"B = {readable(finding.scene.b)}"]
+    lines.append(finding.verdict.claim or _untold(finding))
+    if finding.verdict.kind is Kind.TIMED_OUT:
+        lines.append("This script does not return: the engine has no time limit of its own.")
+    return "".join(f"# {text.visible(line, limit=1000)}\n" for line in lines) + bucket.repro
 
 
 def _untold(finding: Finding) -> str:
@@ -263,7 +275,7 @@ def headline(run: Run) -> str:
 
 def _clause(engine: str, verdicts: Counter[Kind]) -> str:
     compared, wrong = total(verdicts, COMPARED), verdicts[Kind.WRONG]
-    words = [f"{engine} is wrong in {text.count(wrong) if wrong else 'none'} of {text.plural(compared, 'answer')}"]
+    words = [f"{engine} is wrong in {text.count(wrong) if wrong else 'none'} of {text.plural(compared, 'scene')}"]
     ends = (("crashed on", Kind.CRASHED), ("did not return on", Kind.TIMED_OUT))
     words += [f"{ending} {text.plural(verdicts[kind], 'scene')}" for ending, kind in ends if verdicts[kind]]
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))

@@ -30,6 +30,10 @@ def prepare(folder: Path) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise FolderError(f"{str(folder)!r} is a file: name a folder with --out")
+    if (folder / "index.html").exists() and not (folder / "run.json").exists():
+        raise FolderError(
+            f"{str(folder)!r} holds an index.html that is no report of ours: name another folder with --out"
+        )
     try:
         (folder / "repro").mkdir(parents=True, exist_ok=True)
         for place in (folder, folder / "repro"):

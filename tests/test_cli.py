@@ -198,7 +198,7 @@ def test_no_engine_installed(
 ) -> None:
     monkeypatch.setattr(sys.modules["oracles.engines"], "available_engines", lambda: {"fcl": "missing"})
     assert cli.main(["run", "--out", str(out)]) == 2
-    assert "pip install 'proxyproof[engines]'" in capsys.readouterr().err
+    assert "pip install python-fcl pybullet" in capsys.readouterr().err
 
 
 # -- table, help, version ------------------------------------------------------------------------------------

@@ -102,8 +102,8 @@ def test_audits_of_the_reference_are_no_answers_of_an_engine(run: Run) -> None:
 
 def test_headline_names_what_each_engine_did(run: Run) -> None:
     said = findings.headline(run).replace(text.THIN, "")
-    assert re.search(r"fcl is wrong in 1071 of \d+ answers and did not return on 2 scenes", said)
-    assert re.search(r"bullet is wrong in 1243 of \d+ answers and crashed on 4 scenes", said)
+    assert re.search(r"fcl is wrong in 1071 of \d+ scenes and did not return on 2 scenes", said)
+    assert re.search(r"bullet is wrong in 1243 of \d+ scenes and crashed on 4 scenes", said)
     assert said.endswith("8 buckets, 7 new.")
 
 

@@ -251,6 +251,6 @@ def import_bullet() -> Any:
     try:
         import pybullet  # noqa: PLC0415  an optional package
     except ImportError as error:
-        text = f"pybullet cannot be imported ({error}): pip install 'proxyproof[bullet]'"
+        text = f"pybullet cannot be imported ({error}): pip install pybullet"
         raise EngineUnavailable(text) from None
     return pybullet

@@ -200,7 +200,7 @@ def _import() -> Any:
     try:
         import fcl  # noqa: PLC0415  an optional package
     except ImportError as error:
-        raise EngineUnavailable(f"fcl cannot be imported ({error}): pip install 'proxyproof[fcl]'") from None
+        raise EngineUnavailable(f"fcl cannot be imported ({error}): pip install python-fcl") from None
     return fcl
 
 

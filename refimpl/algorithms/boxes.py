@@ -59,34 +59,35 @@ class Frame:
         return Separation(sep.distance, self.world(sep.on_a), self.world(sep.on_b), apply(self.matrix, sep.normal))
 
 
-def point_in_frame(y: Array, half: Array) -> Separation:
-    """Separation of a point and the box |y_i| ≤ half_i.
+def point_in_slabs(y: Array, lower: Array, upper: Array) -> Separation:
+    """Separation of a point and the box lower ≤ y ≤ upper, in its frame.
 
     Outside, the nearest point is the clamped one; inside, it lies on the nearest face (the first of equally near
     ones). Ericson, Real-Time Collision Detection, 5.1.3.
     """
-    depths = np.abs(y) - half
+    below, above = lower - y, y - upper
+    depths = np.maximum(below, above)
     face = np.argmax(depths, axis=-1)
-    excess = box_excess(y, half)
-    outward = scale(np.where(np.take_along_axis(y, face[:, None], axis=-1)[:, 0] < 0, -1.0, 1.0), AXES[face])
+    nearest = np.clip(y, lower, upper)
+    one_axis = AXES[face]
+    outward = np.where(below > above, -one_axis, one_axis)
     inside = np.max(depths, axis=-1)
-    direction, gap = unit_or(excess, outward)
+    direction, gap = unit_or(y - nearest, outward)
     sigma = np.where(inside > 0, gap, inside)
-    on_face = np.where(outward != 0, outward * half, y)
-    on_box = where(inside > 0, y - excess, on_face)
-    return Separation(sigma, y, on_box, -where(inside > 0, direction, outward))
+    on_face = np.where(one_axis != 0, np.where(below > above, lower, upper), y)
+    return Separation(sigma, y, where(inside > 0, nearest, on_face), -where(inside > 0, direction, outward))
 
 
 def point_box(x: Point, b: Box) -> Separation:
     """Signed distance of a point from a box; inside, to the nearest face. Closed form."""
     frame = Frame.of(b)
-    found = frame.world_separation(point_in_frame(frame.local(x.position), frame.half))
+    found = frame.world_separation(point_in_slabs(frame.local(x.position), -frame.half, frame.half))
     return replace(found, on_a=x.position)
 
 
 def point_aabb(x: Point, b: AABB) -> Separation:
     """Signed distance of a point from an axis-aligned box; inside, to the nearest face. Closed form."""
-    return point_box(x, b.to_box())
+    return point_in_slabs(x.position, b.lower, b.upper)
 
 
 def sphere_box(s: Sphere, b: Box) -> Separation:
@@ -96,7 +97,7 @@ def sphere_box(s: Sphere, b: Box) -> Separation:
 
 def sphere_aabb(s: Sphere, b: AABB) -> Separation:
     """Signed distance of a ball and an axis-aligned box. Closed form."""
-    return sphere_box(s, b.to_box())
+    return grown(point_aabb(Point._trusted(s.center), b), s.radius, np.zeros_like(s.radius))
 
 
 @dataclass(frozen=True)
