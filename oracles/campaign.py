@@ -35,12 +35,12 @@ from oracles.words import decade_of
 from oracles.worker import EngineWorker
 from refimpl.shapes import Proxy
 
-FIRST_PASS, LARGEST_PASS = 6, 400
+FIRST_PASS, LARGEST_PASS = 6, 100
 GIVE_UP_AFTER = 1
 HUNT_SHARE = 0.35
 PATIENCE = 60.0
 """Seconds beyond the budget that the first pass over all cells may take."""
-LOOK_AHEAD = 3
+LOOK_AHEAD = 2
 
 PairKey = tuple[type[Proxy], type[Proxy]]
 
@@ -195,6 +195,7 @@ class Campaign:
         self._audit(batch)
         for name, cell, future in jobs:
             answers = future.result()
+            self.run.hunters["bulk"] += len(answers)
             with self.timed("judge"):
                 screening = self.judges[name].screen(cell, batch.a, batch.b, answers)
             for i, kind in enumerate(screening.kind):
@@ -282,6 +283,7 @@ class Campaign:
                     deadline=slice_end,
                 )
             self.run.counts.update(caught.counts)
+            self.run.hunters["hypothesis"] += caught.scenes
             for finding in caught.findings:
                 self.file(name, finding.scene, finding.answers, finding.verdict)
             self._tell()

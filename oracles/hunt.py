@@ -48,6 +48,8 @@ class Hunt:
 
     findings: list[Catch] = field(default_factory=list)
     counts: Counter[CountKey] = field(default_factory=Counter)
+    scenes: int = 0
+    """How many scenes were tried, the steps of shrinking included."""
 
 
 @dataclass
@@ -60,11 +62,13 @@ class _Attack:
     best: dict[tuple[str, int | None], Catch] = field(default_factory=dict)
     types: dict[tuple[str, int | None], type[Caught]] = field(default_factory=dict)
     losses: int = 0
+    scenes: int = 0
 
     def __call__(self, scene: Scene) -> None:
         """Put one scene before the engine; raise when its answer is proven wrong."""
         if time.monotonic() > self.deadline or self.losses >= STOP_AFTER_LOSSES:
             raise TimeUp
+        self.scenes += 1
         a, b, cell = scene.a[None], scene.b[None], self.cell
         answers = self.worker.answer(cell.query, cell.type_a, cell.type_b, a.pack(), b.pack())
         screening = self.judge.screen(cell, a, b, answers)
@@ -123,7 +127,7 @@ def hunt(judge: Judge, worker: EngineWorker, cell: Cell, *, seed: int, deadline:
     found = list(attack.best.values())
     for catch in found:  # one count for each finding that is filed, none for the steps of its shrinking
         attack.counts[judge.engine.name, cell.query, cell.pair, catch.scene.regime, catch.verdict.kind] += 1
-    return Hunt(found, attack.counts)
+    return Hunt(found, attack.counts, attack.scenes)
 
 
 def _only_caught(found: BaseException) -> None:

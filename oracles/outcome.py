@@ -164,6 +164,8 @@ class Run:
     """(engine, query, pair) to note, for every cell."""
     buckets: list[Bucket] = field(default_factory=list)
     """Worst severity first."""
+    hunters: Counter[str] = field(default_factory=Counter)
+    """Scenes that each hunter has put before an engine: "bulk" and "hypothesis"."""
     timing: dict[str, float] = field(default_factory=dict)
     """Seconds spent on scenes, each engine, reference, judge, proofs, shrinking."""
     interrupted: bool = False

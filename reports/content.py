@@ -100,6 +100,7 @@ def what_ran(run: Run) -> list[tuple[str, str]]:
         ("seed", str(run.seed)),
         ("cells", f"{cells}; {text.plural(len(tables.regimes(run)), 'regime')}"),
         ("scenes asked", text.count(tables.total(verdicts, COMPARED))),
+        ("scenes by hunter", ", ".join(f"{name} {text.count(n)}" for name, n in run.hunters.items()) or "none"),
         (
             "findings",
             f"{text.count(tables.total(verdicts, FINDINGS))} in {text.plural(len(run.buckets), 'bucket')}; "

@@ -6,7 +6,8 @@ The format, `proxyproof-run-1`, is one JSON object:
 - ``engines``: names; ``versions``: package to version; ``regimes``: name to why it exists
 - ``counts``: objects with ``engine, query, pair, regime, verdict, count``
 - ``support``: objects with ``engine, query, pair, kind, reason``, kind being native, emulated or unsupported
-- ``problems``: sentences; ``timing``: seconds by what they were spent on
+- ``problems``: sentences; ``timing``: seconds by what they were spent on;
+  ``hunters``: scenes by hunter
 - ``buckets``, worst first: objects with ``number, key, engine, query, pair, symptom, decade, kind, severity, amount,
   worst, lower, upper, claim, count, proven, regimes, known, scene, proof_scene, answer, reference, text, certificate,
   repro``; ``repro`` is the script's path within the folder, a scene is ``query, a, b, regime, source, id`` with each
@@ -46,7 +47,7 @@ def run_data(run: Run) -> dict[str, Any]:
     data = {
         "format": FORMAT,
         **{name: getattr(run, name) for name in ("seed", "budget", "seconds", "started", "interrupted")},
-        **{name: getattr(run, name) for name in ("engines", "versions", "regimes", "problems", "timing")},
+        **{name: getattr(run, name) for name in ("engines", "versions", "regimes", "problems", "timing", "hunters")},
         "counts": counts,
         "support": support,
     }
