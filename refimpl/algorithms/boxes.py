@@ -121,15 +121,24 @@ class SegmentAndBox:
         axes = [where(dot(n, middle) > 0, -n, n) for n in axes]
         return widest(axes, self.gap_along)
 
-    def closest(self, shift: Array) -> tuple[Array, Array, Array]:
-        """Closest points of the moved segment and the box, and the direction across the segment between them."""
+    def closest(self, shift: Array) -> tuple[Array, Array, list[Array]]:
+        """Closest points of the moved segment and the box, and directions across the segment between them."""
         start = self.start + shift
         t = parameter_towards_box(start, self.step, self.half)
         y = start + scale(t, self.step)
         excess = box_excess(y, self.half)
-        inner = (t > 0) & (t < 1)
-        slanted = np.where(excess != 0, self.step, 0.0)
-        return y, y - excess, -where(inner, without(excess, slanted), excess)
+        return y, y - excess, [-v for v in across_edge(excess, self.step, t)]
+
+
+def across_edge(excess: Array, step: Array, t: Array) -> list[Array]:
+    """The vector from a box to the point at `t` of an edge, cleaned of rounding in two ways.
+
+    In the interior of the edge it is perpendicular to it: against an edge or a face of the box within the slabs
+    that it lies outside of, against a corner of the box in all three coordinates.
+    """
+    inner = (t > 0) & (t < 1)
+    slanted = np.where(excess != 0, step, 0.0)
+    return [where(inner, without(excess, slanted), excess), where(inner, without(excess, step), excess)]
 
 
 def segment_in_frame(pair: SegmentAndBox) -> Separation:
@@ -137,7 +146,7 @@ def segment_in_frame(pair: SegmentAndBox) -> Separation:
     axis, gap = pair.widest_axis()
     push = scale(np.minimum(gap, 0.0), axis)
     y, on_box, across = pair.closest(push)
-    directions = [axis, unit_or(across, axis)[0], unit_or(on_box - y, axis)[0]]
+    directions = [axis, *(unit_or(v, axis)[0] for v in (*across, on_box - y))]
     normal = best_normal(directions, pair.gap_along, on_box - y)
     apart = gap > 0
     sigma = np.where(apart, norm(on_box - y), gap)
@@ -214,40 +223,36 @@ class BoxPair:
                     steps.append(2 * sides[:, :, j])
         return np.stack(starts, axis=1), np.stack(steps, axis=1)
 
-    def closest(self, shift: Array) -> tuple[Array, Array, Array]:
-        """Closest points when the second box is moved by `shift`, and the direction across its edge between them.
+    def closest(self, shift: Array) -> tuple[Array, Array, list[Array]]:
+        """Closest points when the second box is moved by `shift`, and directions across its edge between them.
 
         Two disjoint boxes are nearest at a point of an edge of the second (its corners included), or at a
         corner of the first above a face of the second.
         """
         offset = (self.offset + shift)[:, None, :]
         both = zip(self._from_edges(offset), self._from_corners(offset), strict=True)
-        on_a, on_b, across = (np.concatenate(found, axis=1) for found in both)
+        on_a, on_b, *across = (np.concatenate(found, axis=1) for found in both)
         gaps = on_b - on_a
         best = np.argmin(dot(gaps, gaps), axis=-1)[:, None, None]
-        return (
-            np.take_along_axis(on_a, best, axis=1)[:, 0],
-            np.take_along_axis(on_b, best, axis=1)[:, 0],
-            np.take_along_axis(across, best, axis=1)[:, 0],
-        )
+        x, y, *chosen = (np.take_along_axis(v, best, axis=1)[:, 0] for v in (on_a, on_b, *across))
+        return x, y, chosen
 
-    def _from_edges(self, offset: Array) -> tuple[Array, Array, Array]:
+    def _from_edges(self, offset: Array) -> tuple[Array, ...]:
         start, step = self.edges_of_b()
         start = offset + start
         half = np.broadcast_to(self.half_a[:, None, :], start.shape)
         t = parameter_towards_box(start, step, half)
         y = start + scale(t, step)
         excess = box_excess(y, half)
-        inner = (t > 0) & (t < 1)
-        slanted = np.where(excess != 0, step, 0.0)
-        return y - excess, y, where(inner, without(excess, slanted), excess)
+        return y - excess, y, *across_edge(excess, step, t)
 
-    def _from_corners(self, offset: Array) -> tuple[Array, Array, Array]:
+    def _from_corners(self, offset: Array) -> tuple[Array, ...]:
         corners = CORNERS * self.half_a[:, None, :]
         turn = self.turn[:, None, :, :]
         inner = apply_inverse(turn, corners - offset)
         excess = box_excess(inner, self.half_b[:, None, :])
-        return corners, offset + apply(turn, inner - excess), -apply(turn, excess)
+        between = -apply(turn, excess)
+        return corners, offset + apply(turn, inner - excess), between, between
 
 
 def box_box(a: Box, b: Box) -> Separation:
@@ -261,7 +266,7 @@ def box_box(a: Box, b: Box) -> Separation:
     axis, gap = pair.widest_axis()
     push = scale(np.maximum(-gap, 0.0), axis)
     on_a, on_b, across = pair.closest(push)
-    directions = [axis, unit_or(across, axis)[0], unit_or(on_b - on_a, axis)[0]]
+    directions = [axis, *(unit_or(v, axis)[0] for v in (*across, on_b - on_a))]
     normal = best_normal(directions, pair.gap_along, on_b - on_a)
     apart = gap > 0
     sigma = np.where(apart, norm(on_b - on_a), gap)
