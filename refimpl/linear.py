@@ -111,4 +111,4 @@ def as_floats(value: Any) -> Array:
     array = np.array(value)
     if array.dtype.kind not in "iufO" and array.size:
         raise TypeError(f"expected real numbers, got {array.dtype}")
-    return np.array(array, dtype=np.float64)
+    return np.array(array, dtype=np.float64) + 0.0  # there is one zero: −0 and 0 are the same number

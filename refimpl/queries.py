@@ -15,13 +15,14 @@ import numpy as np
 from refimpl.linear import Array, Bools, as_floats, largest, power_of_two, scale
 from refimpl.pairs import TABLE, Rule
 from refimpl.results import CollisionData, RayHit, Separation, where
-from refimpl.shapes import HalfSpace, Proxy, Ray, ShapeError, UnsupportedOperation
+from refimpl.shapes import Box, HalfSpace, Proxy, Ray, ShapeError, UnsupportedOperation
 
 CHUNK = 1024
 
 P = TypeVar("P", bound=Proxy)
 
 
+@np.errstate(under="ignore")
 def intersect(a: Proxy, b: Proxy) -> Bools:
     """Whether two proxies have a point in common; touching counts.
 
@@ -52,6 +53,7 @@ def intersect(a: Proxy, b: Proxy) -> Bools:
     return np.concatenate(found).reshape(batch)[()]
 
 
+@np.errstate(under="ignore")
 def distance(a: Proxy, b: Proxy) -> Separation:
     """Signed distance with witness points and normal.
 
@@ -90,6 +92,7 @@ def distance(a: Proxy, b: Proxy) -> Separation:
     return whole.flipped() if swapped else whole
 
 
+@np.errstate(under="ignore")
 def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any = 1.0) -> CollisionData:
     """Collision data: hit or not, normal, depth, contact points, and the way to overlap-free positions.
 
@@ -110,14 +113,18 @@ def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any =
     found = distance(a, b)
     hit = found.distance <= 0
     depth = np.where(hit, 0.0 - found.distance, 0.0)
-    share_b = wb / (wa + wb)
+    heavier = np.maximum(wa, wb)
+    share_b = (wb / heavier) / (wa / heavier + wb / heavier)
     ends = np.where(np.isfinite(depth), depth, np.nan)
     push_a, push_b = scale(-(1.0 - share_b) * ends, found.normal), scale(share_b * ends, found.normal)
-    batch = np.shape(push_a)
-    moves = (where(np.broadcast_to(hit, batch[:-1]), push, np.zeros(batch))[()] for push in (push_a, push_b))
-    return CollisionData(hit, found.normal, depth[()], found.on_a, found.on_b, *moves)
+    batch = np.shape(push_a)[:-1]
+    hit = np.broadcast_to(hit, batch)
+    moves = (where(hit, push, np.zeros_like(push))[()] for push in (push_a, push_b))
+    normal, on_a, on_b = (np.broadcast_to(v, (*batch, 3)) for v in (found.normal, found.on_a, found.on_b))
+    return CollisionData(hit[()], normal, np.broadcast_to(depth, batch)[()], on_a, on_b, *moves)
 
 
+@np.errstate(under="ignore")
 def raycast(ray: Ray, b: Proxy) -> RayHit:
     """First point of a solid on a ray; both argument orders are understood.
 
@@ -136,17 +143,20 @@ def raycast(ray: Ray, b: Proxy) -> RayHit:
     if not isinstance(x, Ray):
         raise UnsupportedOperation(f"raycast needs a Ray and a solid, got {type(ray).__name__} and {type(b).__name__}")
     rows_x, rows_y, batch = _rows(x, y)
-    times, normals = [], []
+    times, points, normals, exponents = [], [], [], []
     for u, v, exponent in _chunks(type(x), rows_x, type(y), rows_y):
         t, normal = rule.function(u, v)
-        with np.errstate(over="ignore", under="ignore"):
-            times.append(np.ldexp(t, exponent))
+        with np.errstate(over="ignore"):
+            points.append(u.pack()[:, :3] + scale(np.where(np.isfinite(t), t, 0.0), u.pack()[:, 3:]))
+        times.append(t)
         normals.append(normal)
-    t, normal = np.concatenate(times), np.concatenate(normals)
+        exponents.append(exponent)
+    t, point, normal, exponent = (np.concatenate(parts) for parts in (times, points, normals, exponents))
     hit = np.isfinite(t)
-    origin, direction = rows_x[:, :3], rows_x[:, 3:]
-    point = np.where(hit[:, None], origin + scale(np.where(hit, t, 0.0), direction), np.nan)
-    normal = np.where((hit & (t > 0))[:, None], normal, np.nan)
+    with np.errstate(over="ignore"):  # a time or place that no double can hold becomes infinite
+        point = np.where(hit[:, None], np.ldexp(point, exponent[:, None]), np.nan)
+        normal = np.where((hit & (t > 0))[:, None], normal, np.nan)
+        t = np.ldexp(t, exponent - power_of_two(largest(rows_x[:, 3:])))
     return RayHit(*(np.asarray(c).reshape(batch + c.shape[1:])[()] for c in (hit, t, point, normal)))
 
 
@@ -186,25 +196,21 @@ def _chunks(
 
 
 def _normalised(x: P, y: Proxy) -> tuple[P, Proxy, Array]:
-    """Both scaled by 2^−e, so that their largest number is about 1; a ray's direction has its own power.
-
-    Returns the exponent by which the answer's lengths (or a ray's times) are scaled back.
-    """
+    """Both scaled by 2^−e, so that their largest number is about 1, and e."""
     exponent = power_of_two(np.maximum(x.magnitude, y.magnitude))
-    rows_x, rows_y = _times_power(x, -exponent), _times_power(y, -exponent)
-    if isinstance(x, Ray):
-        own = power_of_two(largest(x.direction))
-        rows_x[1] = np.ldexp(x.direction, -own[:, None])
-        exponent = exponent - own
-    return type(x)._trusted(*rows_x), type(y)._trusted(*rows_y), exponent
+    return type(x)._trusted(*_times_power(x, -exponent)), type(y)._trusted(*_times_power(y, -exponent)), exponent
 
 
 def _times_power(x: Proxy, exponent: Array) -> list[Array]:
-    """Fields of `x` times 2^exponent, where they are lengths."""
+    """Fields of `x` times 2^exponent, where they are lengths; a ray's direction and a normal are brought to about 1."""
+    if isinstance(x, Ray):
+        own = power_of_two(largest(x.direction))
+        return [np.ldexp(x.origin, exponent[:, None]), np.ldexp(x.direction, -own[:, None])]
+    if isinstance(x, HalfSpace):
+        own = power_of_two(largest(x.normal))
+        return [np.ldexp(x.normal, -own[:, None]), np.ldexp(x.k, exponent - own)]
     columns = type(x)._split(x.pack())
-    lengths = len(columns) - 1 if hasattr(x, "rotation") else len(columns)
-    first = 1 if isinstance(x, HalfSpace) else 0
-    for i in range(first, lengths):
+    for i in range(len(columns) - isinstance(x, Box)):  # a box's last field is its rotation
         columns[i] = np.ldexp(columns[i], exponent[:, None] if columns[i].ndim == 2 else exponent)
     return columns
 

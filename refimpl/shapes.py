@@ -270,7 +270,7 @@ class Point(Proxy):
         return type(self)(_turn(rotation, self.position))
 
     def _scaled(self, factor: Array) -> Self:
-        return self._trusted(scale(factor, self.position))
+        return type(self)(scale(factor, self.position))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -315,7 +315,7 @@ class Ray(Proxy):
         return type(self)(_turn(rotation, self.origin), _turn(rotation, self.direction))
 
     def _scaled(self, factor: Array) -> Self:
-        return self._trusted(scale(factor, self.origin), scale(factor, self.direction))
+        return type(self)(scale(factor, self.origin), scale(factor, self.direction))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -350,7 +350,7 @@ class Sphere(Proxy):
         return type(self)(_turn(rotation, self.center), self.radius)
 
     def _scaled(self, factor: Array) -> Self:
-        return self._trusted(scale(factor, self.center), factor * self.radius)
+        return type(self)(scale(factor, self.center), factor * self.radius)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -388,7 +388,7 @@ class Capsule(Proxy):
         return type(self)(_turn(rotation, self.p), _turn(rotation, self.q), self.radius)
 
     def _scaled(self, factor: Array) -> Self:
-        return self._trusted(scale(factor, self.p), scale(factor, self.q), factor * self.radius)
+        return type(self)(scale(factor, self.p), scale(factor, self.q), factor * self.radius)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -436,7 +436,7 @@ class HalfSpace(Proxy):
         return type(self)(_turn(rotation, self.normal), self.k)
 
     def _scaled(self, factor: Array) -> Self:
-        return self._trusted(self.normal, factor * self.k)
+        return type(self)(self.normal, factor * self.k)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -479,7 +479,7 @@ class AABB(Proxy):
         raise UnsupportedOperation("an AABB cannot be rotated: it stays aligned with the axes; use Box (AABB.to_box())")
 
     def _scaled(self, factor: Array) -> Self:
-        return self._trusted(scale(factor, self.lower), scale(factor, self.upper))
+        return type(self)(scale(factor, self.lower), scale(factor, self.upper))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -524,4 +524,4 @@ class Box(Proxy):
         return type(self)(_turn(rotation, self.center), self.half_extents, product)
 
     def _scaled(self, factor: Array) -> Self:
-        return self._trusted(scale(factor, self.center), scale(factor, self.half_extents), self.rotation)
+        return type(self)(scale(factor, self.center), scale(factor, self.half_extents), self.rotation)

@@ -12,7 +12,14 @@ from functools import cached_property
 
 import numpy as np
 
-from refimpl.algorithms.nearest import best_normal, box_excess, parameter_towards_box, widest, without
+from refimpl.algorithms.nearest import (
+    best_normal,
+    box_excess,
+    nearest_on_segment,
+    parameter_towards_box,
+    widest,
+    without,
+)
 from refimpl.algorithms.rounds import grown
 from refimpl.linear import (
     Array,
@@ -133,12 +140,11 @@ class SegmentAndBox:
 def across_edge(excess: Array, step: Array, t: Array) -> list[Array]:
     """The vector from a box to the point at `t` of an edge, cleaned of rounding in two ways.
 
-    In the interior of the edge it is perpendicular to it: against an edge or a face of the box within the slabs
-    that it lies outside of, against a corner of the box in all three coordinates.
+    Against an edge or a face of the box, it is perpendicular to the edge within the slabs that it lies outside of;
+    against a corner of the box, in all three coordinates.
     """
-    inner = (t > 0) & (t < 1)
     slanted = np.where(excess != 0, step, 0.0)
-    return [where(inner, without(excess, slanted), excess), where(inner, without(excess, step), excess)]
+    return [where((t > 0) & (t < 1), without(excess, slanted), excess), without(excess, step)]
 
 
 def segment_in_frame(pair: SegmentAndBox) -> Separation:
@@ -149,8 +155,12 @@ def segment_in_frame(pair: SegmentAndBox) -> Separation:
     directions = [axis, *(unit_or(v, axis)[0] for v in (*across, on_box - y))]
     normal = best_normal(directions, pair.gap_along, on_box - y)
     apart = gap > 0
-    sigma = np.where(apart, norm(on_box - y), gap)
-    return Separation(sigma, y - push, on_box, where(apart, normal, axis))
+    normal, length = where(apart, normal, axis), norm(on_box - y)
+    start = pair.start + push
+    for _ in range(2):
+        y = nearest_on_segment(on_box - scale(length, normal), start, start + pair.step)
+        on_box = np.clip(y + scale(length, normal), -pair.half, pair.half)
+    return Separation(np.where(apart, length, gap), y - push, on_box, normal)
 
 
 def capsule_box(c: Capsule, b: Box) -> Separation:
@@ -237,6 +247,11 @@ class BoxPair:
         x, y, *chosen = (np.take_along_axis(v, best, axis=1)[:, 0] for v in (on_a, on_b, *across))
         return x, y, chosen
 
+    def nearest_on_b(self, x: Array, shift: Array) -> Array:
+        """Point of the second box, moved by `shift`, nearest to `x`."""
+        offset = self.offset + shift
+        return offset + apply(self.turn, np.clip(apply_inverse(self.turn, x - offset), -self.half_b, self.half_b))
+
     def _from_edges(self, offset: Array) -> tuple[Array, ...]:
         start, step = self.edges_of_b()
         start = offset + start
@@ -266,11 +281,15 @@ def box_box(a: Box, b: Box) -> Separation:
     axis, gap = pair.widest_axis()
     push = scale(np.maximum(-gap, 0.0), axis)
     on_a, on_b, across = pair.closest(push)
-    directions = [axis, *(unit_or(v, axis)[0] for v in (*across, on_b - on_a))]
-    normal = best_normal(directions, pair.gap_along, on_b - on_a)
+    offset = on_b - on_a
+    across += [without(offset, pair.turn[:, :, j]) for j in range(3)] + [offset * (1.0 - e) for e in AXES]
+    directions = [axis, *(unit_or(v, axis)[0] for v in (*across, offset))]
     apart = gap > 0
-    sigma = np.where(apart, norm(on_b - on_a), gap)
-    return frame.world_separation(Separation(sigma, on_a, on_b - push, where(apart, normal, axis)))
+    normal, length = where(apart, best_normal(directions, pair.gap_along, offset), axis), norm(offset)
+    for _ in range(2):
+        on_a = np.clip(on_b - scale(length, normal), -pair.half_a, pair.half_a)
+        on_b = pair.nearest_on_b(on_a + scale(length, normal), push)
+    return frame.world_separation(Separation(np.where(apart, length, gap), on_a, on_b - push, normal))
 
 
 def aabb_box(a: AABB, b: Box) -> Separation:

@@ -16,48 +16,81 @@ from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Ray, Sphere
 Entry = tuple[Array, Array]
 
 
-def _round_entry(offset: Array, direction: Array, radius: Array) -> Array:
-    """Time at which offset + t·direction comes within `radius` of 0, if it ever does; inf without direction.
+def _round_span(offset: Array, direction: Array, radius: Array) -> tuple[Array, Array, Array]:
+    """Times between which offset + t·direction is within `radius` of 0, and the outward direction at the first.
 
-    The half chord is taken at the nearest point of the line, where r² − d² = (r − d)(r + d) does not cancel.
+    An empty span is (inf, −inf). Without a direction it is endless, or empty. The half chord is taken at the
+    nearest point of the line, where r² − d² = (r − d)(r + d) does not cancel; so is the outward direction, which
+    would be noise if it were taken from a hit point far from the ray's origin.
     """
     square = dot(direction, direction)
     still = square == 0
     square = np.where(still, 1.0, square)
     middle = -dot(offset, direction) / square
-    nearest = norm(offset + scale(middle, direction))
+    foot = offset + scale(middle, direction)
+    nearest = norm(foot)
     chord = (radius - nearest) * (radius + nearest) / square
-    time = np.where(chord >= 0, middle - np.sqrt(np.maximum(chord, 0.0)), np.inf)
-    leaves = middle + np.sqrt(np.maximum(chord, 0.0))
-    return np.where(~still & (leaves >= 0), time, np.inf)
+    half = np.sqrt(np.maximum(chord, 0.0))
+    enter = np.where(still, -np.inf, middle - half)
+    leave = np.where(still, np.inf, middle + half)
+    empty = chord < 0
+    return np.where(empty, np.inf, enter), np.where(empty, -np.inf, leave), foot - scale(half, direction)
+
+
+def _first(enter: Array, leave: Array) -> Array:
+    """First time t ≥ 0 in a span; inf when there is none."""
+    first = np.maximum(enter, 0.0)
+    return np.where((enter <= leave) & (leave >= 0), first, np.inf)
+
+
+def _outward(direction: Array, ray: Ray) -> Array:
+    """Unit vector; against the ray where a round without a radius leaves no direction."""
+    return unit_or(direction, unit_or(-ray.direction, AXES[0])[0])[0]
 
 
 def ray_sphere(ray: Ray, s: Sphere) -> Entry:
     """First time of a ray in a ball. Closed form. Ericson, Real-Time Collision Detection, 5.3.2."""
     offset = ray.origin - s.center
-    t = np.maximum(_round_entry(offset, ray.direction, s.radius), 0.0)
-    t = np.where(norm(offset) <= s.radius, 0.0, t)
-    outward = unit_or(offset + scale(np.where(np.isfinite(t), t, 0.0), ray.direction), AXES[0])[0]
-    return t, outward
+    enter, leave, outward = _round_span(offset, ray.direction, s.radius)
+    t = np.where(norm(offset) <= s.radius, 0.0, _first(enter, leave))
+    return t, _outward(outward, ray)
 
 
 def ray_capsule(ray: Ray, c: Capsule) -> Entry:
     """First time of a ray in a capsule: its side between the ends, or the ball at either end. Closed form.
 
-    Ericson, Real-Time Collision Detection, 5.3.7.
+    The side is hit while the line is both within the radius of the axis and between the ends. Near the seams
+    rounding moves the first span's ends by much for a ray nearly along the axis, but not the part that both
+    share with a ball. Ericson, Real-Time Collision Detection, 5.3.7.
     """
     axis, offset = c.q - c.p, ray.origin - c.p
-    length = dot(axis, axis)
-    side = _round_entry(without(offset, axis), without(ray.direction, axis), c.radius)
-    first = np.maximum(side, 0.0)  # a line that entered the side before t = 0 is inside it now, or not in the solid
-    with np.errstate(invalid="ignore"):
-        along = dot(offset + scale(first, ray.direction), axis)
-    times = [np.where((along >= 0) & (along <= length), first, np.inf)]
-    times += [_round_entry(ray.origin - end, ray.direction, c.radius) for end in (c.p, c.q)]
-    t = np.maximum(np.minimum(np.minimum(times[0], times[1]), times[2]), 0.0)
+    across = without(ray.direction, axis)
+    enter, leave, _ = _round_span(without(offset, axis), across, c.radius)
+    rise, height, length = dot(ray.direction, axis), dot(offset, axis), dot(axis, axis)
+    near, far = _span(-height, length - height, rise)
+    times = [_first(np.maximum(enter, near), np.minimum(leave, far))]
+    side = ray.origin + scale(np.where(np.isfinite(times[0]), times[0], 0.0), ray.direction)
+    outwards = [unit_or(without(side - nearest_on_segment(side, c.p, c.q), axis), -across)[0]]
+    for end in (c.p, c.q):
+        enter, leave, outward = _round_span(ray.origin - end, ray.direction, c.radius)
+        times.append(_first(enter, leave))
+        outwards.append(outward)
+    first = np.argmin(np.stack(times), axis=0)
+    t = np.min(np.stack(times), axis=0)
     t = np.where(norm(ray.origin - nearest_on_segment(ray.origin, c.p, c.q)) <= c.radius, 0.0, t)
-    point = ray.origin + scale(np.where(np.isfinite(t), t, 0.0), ray.direction)
-    return t, unit_or(point - nearest_on_segment(point, c.p, c.q), AXES[0])[0]
+    chosen = np.take_along_axis(np.stack(outwards), first[None, :, None], axis=0)[0]
+    return t, _outward(chosen, ray)
+
+
+def _span(lower: Array, upper: Array, speed: Array) -> tuple[Array, Array]:
+    """Times between which t·speed lies in lower ≤ x ≤ upper; (inf, −inf) when it never does."""
+    moving = speed != 0
+    divisor = np.where(moving, speed, 1.0)
+    within = (lower <= 0) & (upper >= 0)
+    with np.errstate(over="ignore"):
+        near = np.where(moving, np.where(divisor > 0, lower, upper) / divisor, np.where(within, -np.inf, np.inf))
+        far = np.where(moving, np.where(divisor > 0, upper, lower) / divisor, np.where(within, np.inf, -np.inf))
+    return near, far
 
 
 def _slabs(lower: Array, upper: Array, direction: Array) -> Entry:
@@ -65,12 +98,8 @@ def _slabs(lower: Array, upper: Array, direction: Array) -> Entry:
 
     Ericson, Real-Time Collision Detection, 5.3.3; Kay and Kajiya 1986. A ray within a face's plane touches it.
     """
-    moving = direction != 0
-    speed = np.where(moving, direction, 1.0)
+    near, far = _span(lower, upper, direction)
     within = (lower <= 0) & (upper >= 0)
-    with np.errstate(over="ignore"):
-        near = np.where(moving, np.where(speed > 0, lower, upper) / speed, np.where(within, -np.inf, np.inf))
-        far = np.where(moving, np.where(speed > 0, upper, lower) / speed, np.where(within, np.inf, -np.inf))
     last = np.argmax(near, axis=-1)
     enter = np.max(near, axis=-1)
     hit = (enter <= np.min(far, axis=-1)) & (np.min(far, axis=-1) >= 0)

@@ -68,7 +68,11 @@ def segment_segment(p: Array, q: Array, r: Array, s: Array) -> Separation:
     x = np.take_along_axis(np.stack(on_a, axis=-2), best[..., None], axis=-2)[..., 0, :]
     y = np.take_along_axis(np.stack(on_b, axis=-2), best[..., None], axis=-2)[..., 0, :]
     gap = np.take_along_axis(gaps, best, axis=-1)[..., 0]
-    return Separation(gap, x, y, _normal_of_segments(p, a, r, b, y - x))
+    normal = _normal_of_segments(p, a, r, b, y - x)
+    for _ in range(2):  # nearly parallel: of many pairs with equal gaps, one that lies along the normal
+        x = nearest_on_segment(y - scale(gap, normal), p, q)
+        y = nearest_on_segment(x + scale(gap, normal), r, s)
+    return Separation(gap, x, y, normal)
 
 
 def _normal_of_segments(p: Array, a: Array, r: Array, b: Array, offset: Array) -> Array:

@@ -95,7 +95,7 @@ class Certificate:
 
 
 def _number(value: Any, what: str) -> Fraction:
-    if isinstance(value, bool) or not isinstance(value, int | float | Fraction):
+    if type(value) not in (int, float, Fraction):  # no subclass: it may compare as it likes
         raise InvalidCertificate(f"{what}: not a number but {type(value).__name__}")
     if isinstance(value, float) and not math.isfinite(value):
         raise InvalidCertificate(f"{what}: must be finite, got {value!r}")
@@ -106,11 +106,11 @@ def _number(value: Any, what: str) -> Fraction:
 
 
 def _items(value: Any, what: str, count: int | None = None) -> Sequence[Any]:
-    if not isinstance(value, tuple | list):
+    if type(value) not in (tuple, list):  # no subclass: it may answer differently the second time
         raise InvalidCertificate(f"{what}: expected a tuple, got {type(value).__name__}")
     if len(value) > MAX_ITEMS or (count is not None and len(value) != count):
         raise InvalidCertificate(f"{what}: {len(value)} items, expected {count or 'fewer'}")
-    return value
+    return tuple(value)
 
 
 def _vector(value: Any, what: str, count: int = 3) -> Exact:
