@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from oracles.known import KnownFaults
-from oracles.outcome import Bucket, Finding, Kind, Severity
+from oracles.outcome import Bucket, Finding, Kind, Severity, Verdict
 from oracles.scene import Scene
 from oracles.words import decade_of
 
-KEY = tuple[str, str, str, str, int | None]
+KEY = tuple[str, str, str, str, int | None, str | None]
 
 _GRAVITY = {severity: rank for rank, severity in enumerate(Severity)}
 
@@ -43,39 +43,40 @@ class Buckets:
     def add_proven(self, finding: Finding) -> Bucket:
         """File a proven finding, and make it the bucket's witness when it is the simplest so far."""
         verdict, scene = finding.verdict, finding.scene
-        decade = decade_of(verdict.amount, scene.size)
-        key = (finding.engine, scene.query, scene.cell.pair, verdict.symptom, decade)
+        key = self._key(finding.engine, scene, verdict)
         bucket = self.found.get(key)
         if bucket is None:
-            bucket = Bucket(*key, witness=finding)
-            bucket.known = self.known.reason(finding.engine, scene, verdict)
-            self.found[key] = bucket
+            bucket = self.found[key] = Bucket(*key[:5], witness=finding, known=key[5])
         elif clumsiness_of_scene(scene) < clumsiness_of_scene(bucket.witness.scene):
             bucket.witness = finding
         bucket.proven += 1
-        bucket.worst = max(bucket.worst, verdict.amount)
-        self._count(bucket, scene.regime)
+        self._count(bucket, scene.regime, verdict.amount)
         return bucket
 
-    def add_counted(
-        self, engine: str, query: str, pair: str, symptom: str, decade: int | None, regime: str, amount: float
-    ) -> None:
-        """Count a finding of the float screening whose bucket has been proven on others."""
-        bucket = self.found.get((engine, query, pair, symptom, decade)) or self._nearest(
-            engine, query, pair, symptom, decade
-        )
-        if bucket is not None:
-            bucket.worst = max(bucket.worst, amount)
-            self._count(bucket, regime)
+    def add_counted(self, engine: str, scene: Scene, verdict: Verdict) -> None:
+        """Count a finding of the float screening to the bucket that others have been proven in.
 
-    def _nearest(self, engine: str, query: str, pair: str, symptom: str, decade: int | None) -> Bucket | None:
-        """Bucket of the same symptom in the nearest decade: a proof may lessen an amount across a power of ten."""
-        same = [b for k, b in self.found.items() if k[:4] == (engine, query, pair, symptom)]
-        return min(same, key=lambda b: abs((b.decade or 0) - (decade or 0)), default=None)
+        A proof may lessen an amount across a power of ten, so that the nearest decade has to do.
+        """
+        wanted = self._key(engine, scene, verdict)
+
+        def strangeness(key: KEY) -> tuple[bool, int]:
+            return key[5] != wanted[5], abs((key[4] or 0) - (wanted[4] or 0))
+
+        same = [key for key in self.found if key[:4] == wanted[:4]]
+        if same:
+            self._count(self.found[min(same, key=strangeness)], scene.regime, verdict.amount)
+
+    def _key(self, engine: str, scene: Scene, verdict: Verdict) -> KEY:
+        """What findings with one cause have in common; whether and why they are known is part of it."""
+        decade = decade_of(verdict.amount, scene.size)
+        reason = self.known.reason(engine, scene, verdict)
+        return engine, scene.query, scene.cell.pair, verdict.symptom, decade, reason
 
     @staticmethod
-    def _count(bucket: Bucket, regime: str) -> None:
+    def _count(bucket: Bucket, regime: str, amount: float) -> None:
         bucket.count += 1
+        bucket.worst = max(bucket.worst, amount)
         bucket.regimes[regime] += 1
 
     def sorted(self) -> list[Bucket]:

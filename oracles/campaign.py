@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import platform
 import time
+import traceback
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -15,6 +16,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -23,7 +25,7 @@ from numpy.typing import NDArray
 from oracles.answers import reference_answers, said, take
 from oracles.buckets import Buckets
 from oracles.draws import NumpyDraws
-from oracles.engine import Answers, Engine, SupportKind
+from oracles.engine import Answers, Engine, EngineUnavailable, SupportKind
 from oracles.engines import load_engine, require_sound
 from oracles.hunt import hunt
 from oracles.judge import Judge, audit
@@ -33,6 +35,7 @@ from oracles.regimes import REGIMES, reasons
 from oracles.scene import Cell, Scene, cells
 from oracles.words import decade_of
 from oracles.worker import EngineWorker
+from refimpl.pairs import TABLE
 from refimpl.shapes import Proxy
 
 FIRST_PASS, LARGEST_PASS = 6, 100
@@ -151,7 +154,9 @@ class Campaign:
                 for index in np.random.default_rng([self.run.seed, number]).permutation(len(self.pairs)):
                     if self.elapsed > until:
                         break
-                    waiting.append(self._ask(self.pairs[index], (number, int(index)), each, pools))
+                    pair = self.pairs[index]
+                    shard = number, list(TABLE).index(pair)  # the same scenes whatever pairs are asked for
+                    waiting.append(self._ask(pair, shard, each, pools))
                     if len(waiting) > LOOK_AHEAD:
                         self._judge(*waiting.popleft())
                 while waiting:
@@ -225,11 +230,11 @@ class Campaign:
         symptom, decade, amount, certain = estimate
         regime = batch.regimes[i]
         proof_wanted = self.buckets.wants_proof(name, cell.query, cell.pair, symptom, decade, regime)
+        scene = batch.scene(cell.query, i)
         if kind is Kind.WRONG and not proof_wanted:
             if certain:
-                self.buckets.add_counted(name, cell.query, cell.pair, symptom, decade, regime, amount)
+                self.buckets.add_counted(name, scene, Verdict(kind, symptom, amount=amount))
             return Kind.WRONG if certain else Kind.UNDECIDED
-        scene = batch.scene(cell.query, i)
         with self.timed("proofs"):
             verdict = self.judges[name].convict(scene, take(answers, [i]))
         if verdict.kind in (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG):
@@ -239,6 +244,8 @@ class Campaign:
     def file(self, name: str, scene: Scene, answers: Answers, verdict: Verdict) -> None:
         """File a proven finding; one against the reference ends the run."""
         reference = reference_answers(scene.query, scene.a[None], scene.b[None])
+        if verdict.kind is Kind.REFERENCE_WRONG:
+            name = "refimpl"
         finding = Finding(name, scene, said(answers, 0), said(reference, 0), verdict, answers.errors.get(0, ""))
         self.buckets.add_proven(finding)
         self.run.buckets = list(self.buckets.found.values())
@@ -375,6 +382,9 @@ def run_campaign(
     loaded = {spec: load_engine(spec) for spec in engines}
     for engine in loaded.values():
         require_sound(engine)
+    names = [engine.name for engine in loaded.values()]
+    if len(set(names)) < len(names) or "refimpl" in names:
+        raise EngineUnavailable(f"engines must have names of their own, none of them refimpl: {', '.join(names)}")
     wanted = sorted(
         {(c.type_a, c.type_b) for c in cells() if not pairs or c.pair in pairs},
         key=lambda p: (p[0].__name__, p[1].__name__),
@@ -400,5 +410,9 @@ def run_campaign(
             run.interrupted = True
         except ReferenceFailed as failed:
             run.problems.append(f"the reference was proven wrong, so the run stopped: {failed}")
+        except Exception as error:  # whatever went wrong, what was found is worth a report
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            place = f"{last.name}, line {last.lineno} of {Path(last.filename).name}"
+            run.problems.append(f"the run ended early: {type(error).__name__}: {error} (in {place})")
         campaign.finish()
     return run

@@ -9,15 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from oracles.answers import take
 from oracles.engine import Answers
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray, distance
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
 
 NOT_A_NUMBER = "not a number"
+NEITHER = "fits neither the shapes nor those effectively used"
 MISSED, FALSE = "missed contact", "false contact"
 SHORT, LONG = "distance too small", "distance too large"
 STUCK, OVERSHOT = "normal and depth do not separate", "normal and depth move too far"
@@ -65,6 +68,8 @@ class Claim:
     margin: Array
     cap: Array
     rounding: Array
+    by_convention: bool = False
+    """Whether the engine declares that it does not make this claim: breaking it is a convention."""
 
     def violations(self) -> tuple[Array, Array, Array]:
         """By how much σ lies below `low` and above `high`, by the reference in floats; and its possible error."""
@@ -81,6 +86,9 @@ class Claim:
 
 ROUNDING = 2.0**-50
 """What rounding a sum of two vectors costs, relative to their largest coordinates, with room to spare."""
+
+LARGEST = 1e150
+"""No scene has such numbers; an engine that answers one, the largest double for instance, has not set it."""
 
 REFERENCE_ERROR = 1e-14
 """Bound on the error of `refimpl.distance`, relative to the scene's size; held against 50 digits by the tests."""
@@ -109,18 +117,42 @@ class Questioned:
         if self.query != BOOLEAN:
             yield from self._value_claims()
 
-    def not_a_number(self) -> Bools:
-        """Rows in which the engine owes a number and gave none."""
+    @property
+    def size(self) -> Array:
+        """Largest coordinate or extent of each scene."""
+        return np.maximum(self.a.magnitude, self.b.magnitude)
+
+    def take(self, rows: Any) -> Questioned:
+        """Pick rows."""
+        margins = self.margin_a[rows], self.margin_b[rows]
+        answers = take(self.answers, rows)
+        return Questioned(
+            self.query, self.a[rows], self.b[rows], *margins, answers, self.answered[rows], self.value_is_minimal
+        )
+
+    def unusable(self) -> Bools:
+        """Rows in which the engine owes a number and gave none, or gave one that no scene can have."""
         answers, hit = self.answers, self.answers.hit == 1
-        empty = np.isnan(answers.hit)
-        unmeasured = hit & (np.isnan(answers.distance) | np.isnan(answers.normal).any(axis=-1))
+        empty, endless = np.isnan(answers.hit), answers.distance == -np.inf
+        unmeasured = hit & ~endless & (np.isnan(answers.distance) | np.isnan(answers.normal).any(axis=-1))
         owed: dict[str, Bools] = {
             BOOLEAN: empty,
-            RAYCAST: empty | (hit & ~np.isfinite(answers.t)),
+            RAYCAST: empty | (hit & ~((answers.t >= 0) & (answers.t < np.inf))),
             CONTACTS: empty | unmeasured,
             DISTANCE: np.isnan(answers.distance),
         }
-        return self.answered & owed[self.query]
+        beyond = (np.abs(answers.distance) > LARGEST) & np.isfinite(answers.distance)
+        beyond |= hit & (np.abs(answers.t) > LARGEST)
+        for vector in (answers.on_a, answers.on_b, answers.normal, answers.point):
+            beyond |= (np.abs(vector) > LARGEST).any(axis=-1) & ~endless
+        return self.answered & (owed[self.query] | beyond)
+
+    def hit_point(self) -> Point:
+        """Points of the rays at the times of their hits, or where they start."""
+        assert isinstance(self.a, Ray)
+        named = (self.answers.hit == 1) & (np.abs(self.answers.t) < LARGEST)
+        point = self.a.at(np.where(named, np.maximum(self.answers.t, 0.0), 0.0))
+        return Point(np.where((np.abs(point).max(axis=-1) < LARGEST)[:, None], point, self.a.origin))
 
     def _claim(
         self,
@@ -133,9 +165,11 @@ class Questioned:
         margin: Array,
         cap: float | Array = np.inf,
         rounding: float | Array = 0.0,
+        by_convention: bool = False,
     ) -> Claim:
-        limits = (np.broadcast_to(np.asarray(v, dtype=np.float64), made.shape) for v in (cap, rounding))
-        return Claim(x, y, *bounds, *words, kind, made & self.answered, margin, *limits)
+        most, slack = (np.broadcast_to(np.asarray(v, dtype=np.float64), made.shape) for v in (cap, rounding))
+        made = made & self.answered & ~self.unusable()
+        return Claim(x, y, *bounds, *words, kind, made, margin, most, slack, by_convention)
 
     @property
     def _nothing(self) -> Array:
@@ -155,8 +189,9 @@ class Questioned:
         said = ~np.isnan(value)
         if self.query == CONTACTS:
             said &= answers.hit == 1
-        if self.query != CONTACTS or self.value_is_minimal:
-            yield self._claim(self.a, self.b, (value, value), (LONG, SHORT), VALUE, said, margin)
+        waived = self.query == CONTACTS and not self.value_is_minimal
+        words = LONG, SHORT
+        yield self._claim(self.a, self.b, (value, value), words, VALUE, said, margin, by_convention=waived)
         finite = said & np.isfinite(value)
         yield from self._normal_claim(finite & np.isfinite(answers.normal).all(axis=-1), margin)
         yield from self._witness_claims(finite)
@@ -203,15 +238,14 @@ class Questioned:
         hit, missed = answers.hit == 1, answers.hit == 0
         margin = self.margin_b
         reach = past(ray, self.b)
-        reach = np.where(hit & np.isfinite(answers.t), np.maximum(reach, answers.t), reach)
+        usable = ~self.unusable()
+        reach = np.where(hit & usable & np.isfinite(answers.t), np.maximum(reach, answers.t), reach)
         end = ray.at(reach)
         whole, rounding = Capsule(ray.origin, end, zero), _rounding(ray.origin, end)
         yield self._claim(whole, self.b, (zero, -free), (RAY_MISSED, ""), BOOL, missed, margin, rounding=rounding)
         yield self._claim(whole, self.b, (free, zero), ("", RAY_FALSE), BOOL, hit, margin, rounding=rounding)
-        t = np.where(hit & np.isfinite(answers.t), np.maximum(answers.t, 0.0), 0.0)
-        point = ray.at(t)
-        hit = hit & (np.abs(point).max(axis=-1) < 1e150)
-        point = np.where(hit[:, None], point, ray.origin)
+        point = self.hit_point().position
+        hit = hit & usable
         rounding = _rounding(ray.origin, point)
         until = Capsule(ray.origin, point, zero)
         way = norm(point - ray.origin)
@@ -219,11 +253,11 @@ class Questioned:
         off = "", RAY_OFF
         yield self._claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding)
         placed = hit & np.isfinite(answers.point).all(axis=-1)
-        named_point = Point(np.where(placed[:, None], answers.point, point))
+        named_point = Point(np.where((placed & usable)[:, None], answers.point, point))
         ball = Capsule(point, point, zero)
         yield self._claim(named_point, ball, (free, zero), ("", RAY_POINT), WITNESS, placed, zero, rounding=rounding)
         normal = answers.normal
-        named = hit & np.isfinite(normal).all(axis=-1) & (norm(np.where(np.isfinite(normal), normal, 0.0)) > 0)
+        named = hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1) & (np.abs(normal).max(axis=-1) > 0)
         outward = np.where(named[:, None], normal, np.array([0.0, 0.0, 1.0]))
         beyond: Proxy = HalfSpace(-outward, dot(outward, point))
         if isinstance(self.b, HalfSpace):  # two half-spaces overlap without end at the least tilt

@@ -316,6 +316,10 @@ def faults(query: str, says: frozenset[str], table: Array) -> dict[int, str]:
             bad |= (columns[:, 0] != 0) & (columns[:, 0] != 1)
         elif name != "t":
             bad &= described
+        if name != "distance":  # an overlap without end has neither witnesses nor normal
+            bad &= table[:, COLUMNS["distance"]][:, 0] != -np.inf
+        if name == "normal" and query == RAYCAST:  # nor has a ray that starts inside
+            bad &= table[:, COLUMNS["t"]][:, 0] != 0
         for i in np.flatnonzero(bad):
             value = columns[i].tolist()
             found.setdefault(int(i), f"answered {name} = {value[0] if len(value) == 1 else value}")

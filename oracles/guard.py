@@ -247,9 +247,8 @@ class Guard:
             return Status.CRASHED, self._bury()
 
     def _too_long(self, wall: float, processor: float) -> bool:
-        """Whether a call is over its limit: a process that got little of the processor is waited for."""
-        starved = processor < self.call_limit / 2 and wall < PATIENCE * self.call_limit
-        return wall >= self.call_limit and not starved
+        """Whether a call is over its limit of processor time, or has waited for several times as long."""
+        return processor >= self.call_limit or wall >= PATIENCE * self.call_limit
 
     def _hand(self) -> Connection:
         """Give the hand, forking one when there is none or it ended while it had nothing to do."""

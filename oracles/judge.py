@@ -11,11 +11,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
-from oracles.answers import reference_answers, take
-from oracles.claims import NOT_A_NUMBER, REFERENCE_ERROR, Claim, Questioned
+from oracles.answers import reference_answers
+from oracles.claims import NEITHER, NOT_A_NUMBER, REFERENCE_ERROR, Claim, Questioned
 from oracles.engine import Answers, Bound, Convention, Engine, Status
 from oracles.outcome import Kind, Severity, Verdict
 from oracles.scene import DISTANCE, RAYCAST, Cell, Scene
@@ -72,15 +73,20 @@ class Screening:
     certain: Bools
     pressure: Array
 
+    def set(self, row: int, kind: Kind, symptom: str, amount: float, *, certain: bool) -> None:
+        """Give one row its verdict."""
+        self.kind[row], self.symptom[row], self.amount[row], self.certain[row] = kind, symptom, amount, certain
+
 
 @dataclass(frozen=True)
-class _Violations:
-    """Symptom ("" for none), amount, whether it is beyond doubt, and the pressure, of each row."""
+class _Side:
+    """One side of a claim over a batch: by how much it is violated, whether at all, and whether beyond doubt."""
 
-    symptom: Array
-    amount: Array
+    symptom: str
+    excess: Array
+    violated: Bools
     certain: Bools
-    pressure: Array
+    by_convention: bool
 
 
 class Judge:
@@ -94,20 +100,66 @@ class Judge:
     def screen(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Screening:
         """Give every row of a batch its verdict by floats."""
         n = len(a)
-        answered = answers.status == Status.ANSWERED
         lost = [_lost(answers, i) for i in range(n)]
-        kinds, symptoms = [kind for kind, _ in lost], [symptom for _, symptom in lost]
-        amount, certain = np.zeros(n), np.ones(n, dtype=bool)
+        found = Screening([k for k, _ in lost], [s for _, s in lost], np.zeros(n), np.ones(n, dtype=bool), np.zeros(n))
         nominal = self._questioned(cell, a, b, answers, effective=False)
-        found = self._violations(cell, nominal, self._scene_size(a, b))
-        excused = self._excused(cell, nominal, found.symptom)
-        for i in np.flatnonzero(answered & (found.symptom != "")):
-            symptoms[i], amount[i], certain[i] = found.symptom[i], found.amount[i], found.certain[i]
-            kinds[i] = Kind.CONVENTION if excused[i] else Kind.WRONG
-        bad = nominal.not_a_number()
-        for i in np.flatnonzero(bad):
-            kinds[i], symptoms[i], amount[i], certain[i] = Kind.WRONG, NOT_A_NUMBER, math.inf, True
-        return Screening(kinds, symptoms, amount, certain, found.pressure)
+        for i in np.flatnonzero(nominal.unusable()):
+            found.set(int(i), Kind.WRONG, NOT_A_NUMBER, math.inf, certain=True)
+        sides = self._sides(cell, nominal, found.pressure)
+        usable = ~nominal.unusable()
+        wrong = np.flatnonzero(np.any([side.violated for side in sides], axis=0) & usable)
+        if wrong.size:
+            self._judge_jointly(cell, nominal, sides, wrong, found)
+        return found
+
+    def _sides(self, cell: Cell, rows: Questioned, pressure: Array | None = None) -> list[_Side]:
+        """Both sides of every claim, the gravest claim first."""
+        size, sides = rows.size, []
+        for claim in rows.claims():
+            below, above, error = claim.violations()
+            allowed = self._tolerance(cell, claim.kind, size)
+            for excess, word in ((below, claim.below), (above, claim.above)):
+                doubt = excess > allowed - error
+                sides.append(_Side(word, excess, doubt, excess > allowed + error, claim.by_convention))
+                if pressure is not None:
+                    np.maximum(pressure, excess / np.maximum(allowed, error + TINY), out=pressure)
+        return sides
+
+    def _judge_jointly(self, cell: Cell, nominal: Questioned, sides: list[_Side], wrong: Any, found: Screening) -> None:
+        """Give the rows with a violated claim their verdict: on the scene's shapes and on the effective ones.
+
+        A claim counts when it is violated on both, by the smaller amount; right on the effective shapes is a
+        convention; wrong on both, but in different ways, is a symptom of its own.
+        """
+        part = nominal.take(wrong)
+        effective = self._questioned(cell, part.a, part.b, part.answers, effective=True)
+        theirs = self._sides(cell, effective)
+        excused = self._inside_excused(cell, part)
+        for k, i in enumerate(wrong):
+            ours = [s for s in sides if s.violated[i] and not s.by_convention]
+            both = [(s, t) for s, t in zip(sides, theirs, strict=True) if s.violated[i] and t.violated[k]]
+            both = [(s, t) for s, t in both if not s.by_convention]
+            other = [t for t in theirs if t.violated[k] and not t.by_convention]
+            if excused[k] or not ours or not other:
+                symptom = ours[0].symptom if ours else next(s.symptom for s in sides if s.violated[i])
+                found.set(i, Kind.CONVENTION, symptom, 0.0, certain=True)
+            elif both:
+                s, t = both[0]
+                amount = min(float(s.excess[i]), float(t.excess[k]))
+                found.set(i, Kind.WRONG, s.symptom, amount, certain=bool(s.certain[i] and t.certain[k]))
+            else:
+                amount = min(float(ours[0].excess[i]), float(other[0].excess[k]))
+                certain = bool(ours[0].certain[i] and other[0].certain[k])
+                found.set(i, Kind.WRONG, NEITHER, amount, certain=certain)
+
+    def _inside_excused(self, cell: Cell, rows: Questioned) -> Bools:
+        """Rays that start inside, where the engine's convention differs: a miss, or a hit on the way out."""
+        if not INSIDE_CONVENTIONS & set(self._conventions(cell)):
+            return np.zeros(len(rows.a), dtype=bool)
+        allowed = self._tolerance(cell, "value", rows.size)
+        inside = distance(Point(rows.a.pack()[:, :3]), rows.b).distance <= allowed
+        surface = np.abs(distance(rows.hit_point(), rows.b).distance) <= allowed + REFERENCE_ERROR * rows.size
+        return np.asarray(inside & ((rows.answers.hit == 0) | surface))
 
     def _questioned(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, *, effective: bool) -> Questioned:
         margins = np.zeros(len(a)), np.zeros(len(a))
@@ -121,42 +173,10 @@ class Judge:
     def _conventions(self, cell: Cell) -> Mapping[Convention, str]:
         return self.engine.conventions(cell.query, cell.type_a, cell.type_b)
 
-    @staticmethod
-    def _scene_size(a: Proxy, b: Proxy) -> Array:
-        return np.maximum(a.magnitude, b.magnitude)
-
     def _tolerance(self, cell: Cell, kind: str, size: Array) -> Array:
         tolerance = self.engine.tolerance(cell.query, cell.type_a, cell.type_b)
         bound: Bound = getattr(tolerance, kind)
         return bound.at(size)
-
-    def _violations(self, cell: Cell, rows: Questioned, size: Array) -> _Violations:
-        """The gravest violated claim of each row."""
-        n = len(size)
-        found = _Violations(np.full(n, "", dtype=object), np.zeros(n), np.zeros(n, dtype=bool), np.zeros(n))
-        for claim in rows.claims():
-            below, above, error = claim.violations()
-            allowed = self._tolerance(cell, claim.kind, size)
-            for excess, word in ((below, claim.below), (above, claim.above)):
-                new = (excess > allowed - error) & (found.symptom == "")
-                found.symptom[new], found.amount[new] = word, excess[new]
-                found.certain[new] = (excess > allowed + error)[new]
-                np.maximum(found.pressure, excess / np.maximum(allowed, error + TINY), out=found.pressure)
-        return found
-
-    def _excused(self, cell: Cell, nominal: Questioned, first: Array) -> Bools:
-        """Rows that are right on the shape that the engine effectively uses, or by its documented convention."""
-        excused = np.zeros(len(first), dtype=bool)
-        wrong = np.flatnonzero(first != "")
-        if not wrong.size:
-            return excused
-        a, b, answers = nominal.a[wrong], nominal.b[wrong], take(nominal.answers, wrong)
-        effective = self._questioned(cell, a, b, answers, effective=True)
-        excused[wrong] = self._violations(cell, effective, self._scene_size(a, b)).symptom == ""
-        if INSIDE_CONVENTIONS & set(self._conventions(cell)):
-            inside = distance(Point(a.pack()[:, :3]), b).distance
-            excused[wrong] |= inside <= self._tolerance(cell, "value", self._scene_size(a, b))
-        return excused
 
     # -- one answer, proven ----------------------------------------------------------------------------------
 
@@ -166,17 +186,60 @@ class Judge:
         if kind is not Kind.AGREES:
             return self._no_answer(scene, kind, symptom, answers.errors.get(0, "no more is known"))
         cell = scene.cell
-        a, b = scene.a[None], scene.b[None]
-        nominal = self._questioned(cell, a, b, answers, effective=False)
-        if nominal.not_a_number()[0]:
+        nominal = self._questioned(cell, scene.a[None], scene.b[None], answers, effective=False)
+        if nominal.unusable()[0]:
             return self._no_answer(scene, Kind.WRONG, NOT_A_NUMBER, f"it answers {said_of(scene.query, answers)}")
-        found = self._proven_violation(cell, nominal, scene)
-        if found.kind is not Kind.WRONG:
-            return found
-        first = np.array([found.symptom], dtype=object)
-        if self._excused(cell, nominal, first)[0]:
-            return replace(found, kind=Kind.CONVENTION, severity=None)
-        return self._at_most_effective(cell, a, b, answers, scene, found)
+        return self._convict_jointly(scene, nominal)
+
+    def _convict_jointly(self, scene: Scene, nominal: Questioned) -> Verdict:
+        """Try claim by claim, on the scene's shapes and on the effective ones."""
+        cell = scene.cell
+        effective = self._questioned(cell, nominal.a, nominal.b, nominal.answers, effective=True)
+        found: dict[str, Verdict] = {}
+        for ours, theirs in zip(nominal.claims(), effective.claims(), strict=True):
+            verdict = self._try(cell, ours, scene, nominal)
+            if verdict.kind is Kind.REFERENCE_WRONG:
+                return verdict
+            if verdict.kind is Kind.WRONG and ours.by_convention:
+                found.setdefault("waived", verdict)
+            elif verdict.kind is Kind.WRONG:
+                found.setdefault("wrong", verdict)
+                joint = self._both(verdict, self._try(cell, theirs, scene, effective), scene)
+                if joint.kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
+                    inside = joint.kind is Kind.WRONG and self._inside_excused(cell, nominal)[0]
+                    return replace(joint, kind=Kind.CONVENTION, severity=None) if inside else joint
+                verdict = joint
+            if verdict.kind is Kind.UNDECIDED:
+                found.setdefault("doubtful", verdict)
+        if "wrong" in found:
+            return self._neither(found["wrong"], self._proven_violation(cell, effective, scene), scene)
+        if "waived" in found and "doubtful" not in found:
+            return replace(found["waived"], kind=Kind.CONVENTION, severity=None)
+        return found.get("doubtful", Verdict(Kind.AGREES))
+
+    def _both(self, ours: Verdict, theirs: Verdict, scene: Scene) -> Verdict:
+        """One claim on the scene's shapes and on the effective ones: the kinder amount counts.
+
+        The certificate and its interval stay those of the scene itself, which the reader has before him.
+        """
+        if theirs.kind is not Kind.WRONG or theirs.symptom != ours.symptom:
+            return theirs if theirs.kind in (Kind.REFERENCE_WRONG, Kind.UNDECIDED) else Verdict(Kind.AGREES)
+        if theirs.amount >= ours.amount:
+            return ours
+        kinder = f"{ours.claim} On the shapes that {self.engine.name} effectively uses, still by {theirs.amount:.3g}."
+        severity = severity_of(ours.symptom, theirs.amount, scene.size)
+        return replace(ours, amount=theirs.amount, severity=severity, claim=kinder)
+
+    def _neither(self, ours: Verdict, theirs: Verdict, scene: Scene) -> Verdict:
+        """No claim is violated on both: a convention, or wrong on both in different ways."""
+        if theirs.kind is Kind.AGREES:
+            return replace(ours, kind=Kind.CONVENTION, severity=None)
+        if theirs.kind is not Kind.WRONG:
+            return theirs
+        amount = min(ours.amount, theirs.amount)
+        also = f"On the shapes that {self.engine.name} effectively uses: {theirs.symptom}, by {theirs.amount:.3g}."
+        severity = severity_of(NEITHER, amount, scene.size)
+        return replace(ours, symptom=NEITHER, amount=amount, severity=severity, claim=f"{ours.claim} {also}")
 
     def _no_answer(self, scene: Scene, kind: Kind, symptom: str, text: str) -> Verdict:
         """Verdict on an answer that is none; what it should have been is proven all the same."""
@@ -186,33 +249,11 @@ class Judge:
         claim = f"{self.engine.name}: {symptom} ({text})."
         return Verdict(kind, symptom, Severity.LOST, 0.0, truth.lower, truth.upper, claim, truth.certificate)
 
-    def _at_most_effective(
-        self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, scene: Scene, found: Verdict
-    ) -> Verdict:
-        """Lessen the amount to what is also proven on the effective shapes: the kinder of the two counts.
-
-        The certificate and its interval stay those of the scene itself, which the reader has before him.
-        """
-        effective = self._questioned(cell, a, b, answers, effective=True)
-        same = np.array_equal(effective.a.pack(), a.pack()) and np.array_equal(effective.b.pack(), b.pack())
-        if same and not (effective.margin_a[0] or effective.margin_b[0]):
-            return found
-        other = self._proven_violation(cell, effective, scene)
-        if other.kind is Kind.AGREES:
-            return replace(found, kind=Kind.CONVENTION, severity=None)
-        if other.kind is not Kind.WRONG:
-            return other
-        if other.amount >= found.amount:
-            return found
-        kinder = f"{found.claim} On the shapes that {self.engine.name} effectively uses, still by {other.amount:.3g}."
-        severity = severity_of(found.symptom, other.amount, scene.size)
-        return replace(found, amount=other.amount, severity=severity, claim=kinder)
-
     def _proven_violation(self, cell: Cell, rows: Questioned, scene: Scene) -> Verdict:
         """Try every claim exactly; answer the gravest one that a certificate refutes."""
         doubtful: Verdict | None = None
         for claim in rows.claims():
-            if not claim.made[0]:
+            if claim.by_convention:
                 continue
             verdict = self._try(cell, claim, scene, rows)
             if verdict.kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
@@ -222,6 +263,8 @@ class Judge:
         return doubtful or Verdict(Kind.AGREES)
 
     def _try(self, cell: Cell, claim: Claim, scene: Scene, rows: Questioned) -> Verdict:
+        if not claim.made[0]:
+            return Verdict(Kind.AGREES)
         x, y = claim.x[0], claim.y[0]
         proof_scene = Scene(scene.query, x, y, scene.regime, scene.source)
         below, above, error = claim.violations()

@@ -60,6 +60,6 @@ def severity_of(symptom: str, amount: float, size: float) -> Severity:
 
 def decade_of(amount: float, size: float) -> int | None:
     """Decade of an error relative to the scene's size, at most 0; None where it has no amount."""
-    if not (0 < amount < math.inf and size > 0):
+    if not (0 < amount < math.inf and size > 0) or math.isinf(amount / size):
         return None
     return min(0, math.floor(math.log10(amount / size)))

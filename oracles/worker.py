@@ -40,8 +40,8 @@ class EngineWorker:
     engine_spec : str
         Name of a shipped engine, ``module:attribute`` or ``path/to/file.py:attribute``.
     call_limit : float
-        Seconds for one scene. A process that got less than half of that in processor time is given up to five
-        limits of wall time: on a busy machine a slow call is no hang.
+        Seconds of processor time for one scene; five times as long for one that waits. On a busy machine a slow call
+        is no hang.
 
     Raises
     ------

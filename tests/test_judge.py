@@ -146,7 +146,7 @@ def test_conventions_excuse_what_they_name_and_no_more() -> None:
     sideways = {"distance": -math.sqrt(3), "normal": [0, 1, 0], "on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
     corner = Scene(CONTACTS, Sphere([0, 0, 0], 1), Sphere([1, 0, 0], 1), "generic")
     assert verdict(Exact(), corner, **sideways).kind is Verdicts.WRONG
-    assert verdict(AnyDepth(), corner, **sideways).kind is Verdicts.AGREES
+    assert verdict(AnyDepth(), corner, **sideways).kind is Verdicts.CONVENTION
     assert verdict(AnyDepth(), corner, **(sideways | {"distance": -1.5})).symptom == claims.STUCK
 
 

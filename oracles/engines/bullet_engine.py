@@ -174,8 +174,8 @@ def _shape_script(name: str, placed: Placed) -> str:
     return f"{name} = pybullet.createCollisionShape(pybullet.{placed.geometry}, {sizes})\n"
 
 
-def _body_script(name: str, placed: Placed) -> str:
-    mass = 0.0 if placed.geometry == "GEOM_PLANE" else 1.0
+def _body_script(name: str, placed: Placed, mass: float = 1.0) -> str:
+    mass = 0.0 if placed.geometry == "GEOM_PLANE" else mass
     frame = f"basePosition={placed.position!r}, baseOrientation={placed.orientation!r}"
     return _shape_script(name, placed) + f"{name} = pybullet.createMultiBody({mass}, {name}, {frame})\n"
 
@@ -218,7 +218,7 @@ def _closest_script(query: str, a: Placed, b: Placed) -> str:
 
 
 def _contacts_script(a: Placed, b: Placed) -> str:
-    text = _body_script("a", a) + _body_script("b", b)
+    text = _body_script("a", a, 1.0 if b.geometry == "GEOM_PLANE" else 0.0) + _body_script("b", b)
     text += "pybullet.performCollisionDetection()\n"
     reach = -(a.extra + b.extra)
     text += f"points = [point for point in pybullet.getContactPoints(a, b) if point[8] <= {reach!r}]\n"

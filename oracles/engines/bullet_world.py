@@ -165,12 +165,13 @@ class World:
         kind = self.geometry[placed.geometry]
         return int(self.bullet.createCollisionShape(kind, **placed.sizes, physicsClientId=self.client))
 
-    def _body(self, placed: Placed) -> int:
-        """Make a body that can move, for two that cannot have no contacts; a plane cannot.
+    def _body(self, placed: Placed, mass: float = 1.0) -> int:
+        """Make a body: one of mass 0 cannot move, and a plane never does.
 
-        Bullet drops a body that can move when the diagonal of its bounding box exceeds 1e6.
+        Two bodies that cannot move have no contacts; nor have two that can, when the diagonals of their bounding
+        boxes exceed 1e6. One of each kind always has.
         """
-        mass = 0.0 if placed.geometry == "GEOM_PLANE" else 1.0
+        mass = 0.0 if placed.geometry == "GEOM_PLANE" else mass
         shape, client = self._shape(placed), self.client
         made = self.bullet.createMultiBody(
             mass, shape, self.skin, placed.position, placed.orientation, physicsClientId=client
@@ -219,7 +220,8 @@ class World:
         bullet, client = self.bullet, self.client
         bodies: list[int] = []
         try:
-            bodies += [self._body(a)]
+            fixed = b.geometry != "GEOM_PLANE"
+            bodies += [self._body(a, 0.0 if fixed else 1.0)]
             bodies += [self._body(b)]
             bullet.performCollisionDetection(physicsClientId=client)
             points = bullet.getContactPoints(*bodies, physicsClientId=client)
