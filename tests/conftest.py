@@ -18,6 +18,9 @@ settings.register_profile(
     suppress_health_check=list(HealthCheck),
     database=None,
 )
+settings.register_profile(
+    "random", max_examples=150, deadline=None, suppress_health_check=list(HealthCheck), database=None
+)
 settings.register_profile("thorough", max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck))
 settings.load_profile("quick")
 
