@@ -24,7 +24,9 @@ NEITHER = "fits neither the shapes nor those effectively used"
 MISSED, FALSE = "missed contact", "false contact"
 SHORT, LONG = "distance too small", "distance too large"
 STUCK, OVERSHOT = "normal and depth do not separate", "normal and depth move too far"
+BRIEF, LENGTHY = "normal shorter than 1", "normal longer than 1"
 OFF_SHAPE = "witness off its shape"
+OUTSIDE = "contact point farther from a shape than the depth"
 APART, TOGETHER = "witnesses farther apart than the distance", "witnesses nearer than the distance"
 RAY_MISSED, RAY_OFF, RAY_LATE = (
     "ray misses a hit",
@@ -86,6 +88,9 @@ class Claim:
 
 ROUNDING = 2.0**-50
 """What rounding a sum of two vectors costs, relative to their largest coordinates, with room to spare."""
+
+UNIT_ERROR = 1e-6
+"""How far from 1 a normal's length may be: engines that keep normals in single precision are not wrong."""
 
 LARGEST = 1e150
 """No scene has such numbers; an engine that answers one, the largest double for instance, has not set it."""
@@ -193,8 +198,12 @@ class Questioned:
         words = LONG, SHORT
         yield self._claim(self.a, self.b, (value, value), words, VALUE, said, margin, by_convention=waived)
         finite = said & np.isfinite(value)
-        yield from self._normal_claim(finite & np.isfinite(answers.normal).all(axis=-1), margin)
+        directed = finite & np.isfinite(answers.normal).all(axis=-1)
+        yield from self._normal_claim(directed, margin)
+        yield self._unit_claim(directed)
         yield from self._witness_claims(finite)
+        if self.query == CONTACTS:
+            yield from self._contact_point_claims(finite)
 
     def _normal_claim(self, made: Bools, margin: Array) -> Iterator[Claim]:
         """Moving B back along the normal by the signed distance makes the two touch."""
@@ -206,6 +215,22 @@ class Questioned:
         yield self._claim(
             self.a, moved, (zero, zero), (STUCK, OVERSHOT), VALUE, made, margin, rounding=np.where(made, rounding, 0.0)
         )
+
+    def _unit_claim(self, made: Bools) -> Claim:
+        """A normal has unit length, to single precision."""
+        zero, origin = self._nothing, np.zeros((len(made), 3))
+        tip, unit_ball = Point(np.where(made[:, None], self.answers.normal, 0.0)), Capsule(origin, origin, zero + 1.0)
+        bounds, words = (zero - UNIT_ERROR, zero + UNIT_ERROR), (BRIEF, LENGTHY)
+        return self._claim(tip, unit_ball, bounds, words, WITNESS, made, zero)
+
+    def _contact_point_claims(self, finite: Bools) -> Iterator[Claim]:
+        """A single contact point is no farther from either shape than the depth, as both witnesses are."""
+        depth = np.maximum(-self.answers.distance, 0.0)
+        said = finite & np.isfinite(self.answers.point).all(axis=-1)
+        point = Point(np.where(said[:, None], self.answers.point, 0.0))
+        bounds = np.full(len(said), -np.inf), np.where(said, depth, 0.0)
+        for shape, margin in ((self.a, self.margin_a), (self.b, self.margin_b)):
+            yield self._claim(point, _tested(shape), bounds, ("", OUTSIDE), WITNESS, said, margin)
 
     def _witness_claims(self, finite: Bools) -> Iterator[Claim]:
         zero, answers = self._nothing, self.answers
@@ -263,6 +288,7 @@ class Questioned:
         if isinstance(self.b, HalfSpace):  # two half-spaces overlap without end at the least tilt
             beyond = _cube_on(point, outward, np.maximum(ray.magnitude, self.b.magnitude))
         yield self._claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin, rounding=rounding)
+        yield self._unit_claim(hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1))
 
 
 def _rounding(u: Array, v: Array) -> Array:

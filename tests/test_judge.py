@@ -93,6 +93,9 @@ CASES: list[tuple[Scene, dict[str, Any], str, float]] = [
     (OVERLAPPING, {"distance": -0.75}, claims.SHORT, 0.25),
     (OVERLAPPING, {"normal": [-1, 0, 0]}, claims.STUCK, 1.0),
     (OVERLAPPING, {"normal": [0, 1, 0]}, claims.STUCK, 0.5),
+    (OVERLAPPING, {"point": [3, 0, 0]}, claims.OUTSIDE, 1.5),
+    (BEAM, {"normal": [-7, 0, 0]}, claims.LENGTHY, 6.0 - 1e-6),
+    (BEAM, {"normal": [0, 0, 0]}, claims.BRIEF, 1.0 - 1e-6),
     (BEAM, {"hit": 0.0, "t": math.inf}, claims.RAY_MISSED, 1.0),
     (BEAM, {"t": 1.5}, claims.RAY_OFF, 1.0),
     (BEAM, {"t": 2.25}, claims.RAY_LATE, 0.5),
@@ -154,6 +157,41 @@ def test_what_rounding_could_excuse_is_undecided() -> None:
     """The moved box is rounded, so an error of just the tolerance is neither proven nor refuted."""
     kinds = [verdict(Exact(bound, 0.0), OVERLAPPING, distance=-0.75).kind for bound in (0.2499, 0.25, 0.2501)]
     assert kinds == [Verdicts.WRONG, Verdicts.UNDECIDED, Verdicts.AGREES]
+
+
+HUGE = 1.7976931348623157e308
+ENDLESS = Scene(CONTACTS, HalfSpace([0, 0, 1], 0), HalfSpace([0, 1, -1], 2), "generic")
+
+
+@pytest.mark.parametrize(
+    ("scene", "change"),
+    [
+        (APART, {"distance": HUGE}),
+        (APART, {"on_a": [HUGE, 0, 0]}),
+        (APART, {"on_b": [math.inf, 0, 0]}),
+        (APART, {"normal": [1e300, 0, 0]}),
+        (BEAM, {"t": HUGE}),
+        (BEAM, {"t": -1.0}),
+        (BEAM, {"normal": [0, math.inf, 0]}),
+        (OVERLAPPING, {"distance": math.nan}),
+    ],
+)
+def test_numbers_that_no_scene_has_are_no_answers(scene: Scene, change: dict[str, Any]) -> None:
+    found = verdict(Exact(), scene, **change)
+    assert (found.kind, found.symptom) == (Verdicts.WRONG, claims.NOT_A_NUMBER)
+    assert found.lower <= found.upper
+
+
+def test_an_endless_overlap_owes_neither_normal_nor_witnesses() -> None:
+    assert verdict(Exact(), ENDLESS).kind is Verdicts.AGREES
+
+
+def test_wrong_on_both_shapes_in_different_ways() -> None:
+    between = {"distance": 1.99, "on_a": [1.005, 0, 0], "on_b": [2.995, 0, 0]}
+    found = verdict(Grown(), APART, **between)
+    assert (found.kind, found.symptom) == (Verdicts.WRONG, claims.NEITHER)
+    assert found.amount == pytest.approx(0.01)
+    assert "effectively uses" in found.claim
 
 
 @pytest.mark.parametrize("status", [Status.ERROR, Status.CRASHED, Status.TIMED_OUT])
