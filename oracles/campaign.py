@@ -20,15 +20,15 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oracles.answers import reference_answers, said, take
+from oracles.audit import audit
+from oracles.batch import Batch, PairKey
 from oracles.buckets import Buckets
-from oracles.draws import NumpyDraws
 from oracles.engine import Answers, Engine, EngineUnavailable, SupportKind
 from oracles.engines import load_engine, require_sound
 from oracles.hunt import hunt
-from oracles.judge import Judge, audit
+from oracles.judge import Judge
 from oracles.known import KnownFaults
 from oracles.outcome import ANSWERED, Finding, Kind, Run, SupportNote, Verdict
 from oracles.regimes import REGIMES, reasons
@@ -36,7 +36,6 @@ from oracles.scene import Cell, Scene, cells
 from oracles.words import decade_of
 from oracles.worker import EngineWorker
 from refimpl.pairs import TABLE
-from refimpl.shapes import Proxy
 
 FIRST_PASS, LARGEST_PASS = 6, 100
 GIVE_UP_AFTER = 1
@@ -44,8 +43,6 @@ HUNT_SHARE = 0.35
 PATIENCE = 60.0
 """Seconds beyond the budget that the first pass over all cells may take."""
 LOOK_AHEAD = 2
-
-PairKey = tuple[type[Proxy], type[Proxy]]
 
 
 class Listener(Protocol):
@@ -60,34 +57,6 @@ class Listener(Protocol):
 
 class ReferenceFailed(Exception):
     """A proof spoke against the reference; the run stops."""
-
-
-@dataclass(frozen=True)
-class Batch:
-    """Scenes of one pair of types in all regimes."""
-
-    a: Proxy
-    b: Proxy
-    regimes: list[str]
-    groups: NDArray[np.int_]
-    source: str
-
-    @classmethod
-    def draw(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> Batch:
-        """`each` scenes of every regime: a pure function of the seed, the shard and the number."""
-        rows_a, rows_b, names = [], [], []
-        for index, (name, make) in enumerate(REGIMES.items()):
-            a, b = make(NumpyDraws(seed, (*shard, index), each), *pair)
-            rows_a.append(a.pack())
-            rows_b.append(b.pack())
-            names += [name] * each
-        groups = np.repeat(np.arange(len(REGIMES)), each)
-        a, b = pair[0].unpack(np.concatenate(rows_a)), pair[1].unpack(np.concatenate(rows_b))
-        return cls(a, b, names, groups, f"bulk {seed}/{'/'.join(map(str, shard))}")
-
-    def scene(self, query: str, i: int) -> Scene:
-        """One scene of the batch."""
-        return Scene(query, self.a[i], self.b[i], self.regimes[i], f"{self.source}[{i}]")
 
 
 @dataclass

@@ -8,7 +8,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-import oracles.judge
+import oracles.audit
 from oracles import claims
 from oracles.buckets import Buckets, clumsiness_of_scene
 from oracles.campaign import run_campaign
@@ -116,13 +116,13 @@ def test_witnesses_are_the_simplest_found() -> None:
 
 
 def test_a_wrong_reference_stops_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    true = oracles.judge.distance
+    true = oracles.audit.distance
 
     def off(a: object, b: object) -> object:
         found = true(a, b)  # type: ignore[arg-type]
         return type(found)(found.distance + 1e-9, found.on_a, found.on_b, found.normal)
 
-    monkeypatch.setattr(oracles.judge, "distance", off)
+    monkeypatch.setattr(oracles.audit, "distance", off)
     run = campaign(Honest, budget=30.0)
     assert run.reference_wrong
     assert run.seconds < 20

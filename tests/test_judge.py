@@ -11,8 +11,9 @@ import pytest
 
 from oracles import claims
 from oracles.answers import reference_answers, take
+from oracles.audit import audit
 from oracles.engine import COLUMNS, WIDTH, Answers, Bound, Convention, Effective, Kind, Status, Tolerance
-from oracles.judge import Judge, audit
+from oracles.judge import Judge
 from oracles.outcome import Kind as Verdicts
 from oracles.outcome import Severity
 from oracles.regimes import REGIMES

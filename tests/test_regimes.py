@@ -10,7 +10,7 @@ from hypothesis import find, given, settings
 from hypothesis import strategies as st
 
 import refimpl
-from oracles.campaign import Batch
+from oracles.batch import Batch
 from oracles.draws import NumpyDraws
 from oracles.regimes import REGIMES, reasons
 from oracles.scene import Cell, Scene, cells
