@@ -22,8 +22,8 @@ REFUSED, OUTSIDE = "certificate refused", "reference outside its proof"
 def audit(a: Proxy, b: Proxy) -> Verdict:
     """Try the reference itself on one scene: its answer must lie in its own proven interval.
 
-    The time of a ray's hit is tried by the claims that it makes in space, as an engine's would be: near grazing,
-    rounding moves the time by much more than the point from the surface.
+    Its normal and witnesses, and the time of a ray's hit, are tried by the claims that they make in space, as an
+    engine's would be: near grazing, rounding moves the time by much more than the point from the surface.
     """
     query = RAYCAST if isinstance(a, Ray) else DISTANCE
     scene = Scene(query, a, b, "audit")
@@ -34,25 +34,31 @@ def audit(a: Proxy, b: Proxy) -> Verdict:
         return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=scene)
     if isinstance(a, Ray):
         value = float(raycast(a, b).t)
-        fits = _ray_claims_hold(scene)
+        fits = True
     else:
         value = float(distance(a, b).distance)
         fits = allows(lower, upper, value, scene.size)
-    if fits:
+    broken = "" if fits else OUTSIDE
+    broken = broken or _broken_claim(scene)
+    if not broken:
         return Verdict(Kind.AGREES, lower=round_down(lower), upper=round_up(upper), certificate=certificate)
-    text = f"refimpl says {value!r}, but the proven interval is [{float(lower)!r}, {float(upper)!r}]"
+    text = f"refimpl says {value!r}, proven is [{float(lower)!r}, {float(upper)!r}]: {broken}"
     bounds = round_down(lower), round_up(upper)
-    return Verdict(Kind.REFERENCE_WRONG, OUTSIDE, Severity.GROSS, math.inf, *bounds, text, certificate, scene)
+    return Verdict(Kind.REFERENCE_WRONG, broken, Severity.GROSS, math.inf, *bounds, text, certificate, scene)
 
 
-def _ray_claims_hold(scene: Scene) -> bool:
+def _broken_claim(scene: Scene) -> str:
+    """Symptom of a claim that the reference's normal, witnesses or hit point break; empty when all hold."""
     a, b = scene.a[None], scene.b[None]
-    rows = Questioned(RAYCAST, a, b, np.zeros(1), np.zeros(1), reference_answers(RAYCAST, a, b), np.ones(1, dtype=bool))
+    answers = reference_answers(scene.query, a, b)
+    rows = Questioned(scene.query, a, b, np.zeros(1), np.zeros(1), answers, np.ones(1, dtype=bool))
     for claim in rows.claims():
         below, above, error = claim.violations()
-        if max(below[0], above[0]) > 4 * error[0]:
-            return False
-    return True
+        allowed = 4 * max(float(error[0]), REFERENCE_ERROR * scene.size)
+        for excess, symptom in ((below, claim.below), (above, claim.above)):
+            if excess[0] > allowed:
+                return symptom
+    return ""
 
 
 def allows(lower: Bound, upper: Bound, value: float, size: float) -> bool:

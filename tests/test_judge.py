@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+import oracles.audit
 from oracles import claims
 from oracles.answers import reference_answers, take
 from oracles.audit import audit
@@ -252,3 +254,14 @@ def test_points_and_half_spaces_as_witnesses() -> None:
 
 def test_all_types_are_covered_here() -> None:
     assert {AABB, Box, Capsule, HalfSpace, Point, Ray, Sphere} == {kind for pair in TABLE for kind in pair}
+
+
+@pytest.mark.parametrize("name", ["normal", "on_a", "on_b"])
+def test_the_audit_sees_a_wrong_normal_or_witness(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def off(query: str, a: Any, b: Any) -> Answers:
+        right = reference_answers(query, a, b)
+        return replace(right, **{name: getattr(right, name) + np.array([1e-9, 0.0, 0.0])})
+
+    assert audit(APART.a, APART.b).kind is Verdicts.AGREES
+    monkeypatch.setattr(oracles.audit, "reference_answers", off)
+    assert audit(APART.a, APART.b).kind is Verdicts.REFERENCE_WRONG
