@@ -27,7 +27,7 @@ SUPPORTED = [(name, c) for name, e in ENGINES.items() for c in cells() if e.supp
 
 @pytest.fixture(scope="module")
 def workers() -> Iterator[dict[str, EngineWorker]]:
-    running = {name: EngineWorker(name, call_limit=0.5) for name in ENGINES}
+    running = {name: EngineWorker(name, call_limit=1.0) for name in ENGINES}
     yield running
     for worker in running.values():
         worker.close()
