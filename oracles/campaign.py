@@ -102,7 +102,7 @@ class Campaign:
     # -- the way through -------------------------------------------------------------------------------------
 
     def go(self) -> None:
-        """Bulk passes and hunts in turn, until the budget is used; the first pass is always finished."""
+        """Bulk passes and hunts in turn, until the budget is used; the first pass may take longer, within reason."""
         each, number = FIRST_PASS, 0
         self.bulk_pass(number, each, until=max(2 * self.run.budget, self.run.budget + PATIENCE))
         if self.elapsed > self.run.budget + PATIENCE:
@@ -330,7 +330,7 @@ def run_campaign(
     engines
         Names of shipped engines, or ``module:attribute`` of one's own.
     budget
-        Seconds; the first pass over all cells is finished even if it takes longer.
+        Seconds; the first pass over all cells may take a minute longer, and a problem says so.
     seed
         Names the bulk hunter's scenes.
     pairs
