@@ -1,21 +1,21 @@
 """What all proxies share: validation, batches, rows of numbers, and the checks of transformations.
 
 The numbers stored are the shape: a double is an exact rational. Fields are arrays whose leading axes are batch
-axes; fields broadcast together.
+axes; fields broadcast together. A field's *tail* is the shape of its trailing axes, those of one proxy; where a
+tail names a size by a letter, proxies of the type have different sizes, and one batch holds one size.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
-from refimpl.linear import (
-    Array,
-    as_floats,
-    largest,
-)
+from refimpl.linear import Array, apply, as_floats, largest, quaternion_product, rotation_matrix
+
+Tail = tuple[int | str, ...]
 
 
 class ShapeError(ValueError):
@@ -28,21 +28,36 @@ class UnsupportedOperation(TypeError):
 
 def number(*, minimum: float | None = None, open_end: bool = False) -> Any:
     """Declare a field of one number per proxy, with the least value it may have."""
-    return field(metadata={"width": 0, "minimum": minimum, "open_end": open_end})
+    return field(metadata={"tail": (), "minimum": minimum, "open_end": open_end, "length": True})
 
 
-def vector(*, width: int = 3, minimum: float | None = None, nonzero: bool = False) -> Any:
-    """Declare a field of `width` numbers per proxy."""
-    return field(metadata={"width": width, "minimum": minimum, "nonzero": nonzero})
+def vector(
+    *,
+    width: int = 3,
+    minimum: float | None = None,
+    open_end: bool = False,
+    nonzero: bool = False,
+    length: bool = True,
+    default: Any = None,
+) -> Any:
+    """Declare a field of `width` numbers per proxy; `length` tells whether they are lengths, which scale."""
+    rules = {"tail": (width,), "minimum": minimum, "open_end": open_end, "nonzero": nonzero, "length": length}
+    return field(metadata=rules) if default is None else field(metadata=rules, default=default)
 
 
-_LAYOUTS: dict[type[Proxy], tuple[tuple[str, int], ...]] = {}
+def rows(size: str, width: int | str = 0, *, nonzero: bool = False, length: bool = True) -> Any:
+    """Declare a field of as many rows of `width` numbers (0: single numbers) as the proxy's `size` says."""
+    tail: Tail = (size, width) if width else (size,)
+    return field(metadata={"tail": tail, "nonzero": nonzero, "length": length})
 
 
-def _layout(kind: type[Proxy]) -> tuple[tuple[str, int], ...]:
-    """Names and widths of a type's fields, in order; width 0 is a single number."""
+_LAYOUTS: dict[type[Proxy], tuple[tuple[str, Tail], ...]] = {}
+
+
+def _layout(kind: type[Proxy]) -> tuple[tuple[str, Tail], ...]:
+    """Names and tails of a type's fields, in order."""
     if kind not in _LAYOUTS:
-        _LAYOUTS[kind] = tuple((f.name, f.metadata["width"]) for f in fields(kind))
+        _LAYOUTS[kind] = tuple((f.name, f.metadata["tail"]) for f in fields(kind))
     return _LAYOUTS[kind]
 
 
@@ -51,29 +66,50 @@ class Proxy:
     """What all proxies share: validation, batches, packing into rows of numbers, isometries."""
 
     is_solid: ClassVar[bool] = True
+    header: ClassVar[int] = 0
+    """How many sizes lead a packed row: none, where all proxies of the type have one size."""
 
     def __post_init__(self) -> None:
+        self._fill([getattr(self, name) for name, _ in _layout(type(self))])
+
+    def _fill(self, values: Sequence[Any]) -> None:
+        """Validate the fields' values, one by one and together, and store them."""
         columns = []
-        for spec in fields(self):
-            width = spec.metadata["width"]
-            value = self._numbers(spec.name, getattr(self, spec.name))
-            if width and (value.ndim == 0 or value.shape[-1] != width):
-                raise ShapeError(
-                    f"{self._name(spec.name)}: expected {width} numbers, got an array of shape {value.shape}"
-                )
+        sizes: dict[str, int] = {}
+        for spec, given in zip(fields(self), values, strict=True):
+            value = self._numbers(spec.name, given)
+            self._fit(spec.name, value, spec.metadata["tail"], sizes)
             self._check(spec, value)
             columns.append(value)
         self._store(columns)
         self._check_together()
 
+    def _label(self, name: str) -> str:
+        """Name of a field as the caller knows it."""
+        return name
+
     def _name(self, name: str) -> str:
-        return f"{type(self).__name__}.{name}"
+        return f"{type(self).__name__}.{self._label(name)}"
 
     def _numbers(self, name: str, value: Any) -> Array:
         try:
             return as_floats(value)
         except (TypeError, ValueError, OverflowError) as error:
             raise ShapeError(f"{self._name(name)}: not an array of real numbers: {value!r} ({error})") from None
+
+    def _fit(self, name: str, value: Array, tail: Tail, sizes: dict[str, int]) -> None:
+        """Check the trailing axes; the first field that has a size fixes it for the others."""
+        fixed: Tail = tail
+        if value.ndim >= len(tail):
+            ends = value.shape[value.ndim - len(tail) :]
+            fixed = tuple(
+                sizes.setdefault(want, have) if isinstance(want, str) else want
+                for want, have in zip(tail, ends, strict=True)
+            )
+            if ends == fixed and 0 not in ends:
+                return
+        wanted = " × ".join(str(n) for n in fixed)
+        raise ShapeError(f"{self._name(name)}: expected {wanted} numbers, got an array of shape {value.shape}")
 
     def _check(self, spec: Any, value: Array) -> None:
         rules = spec.metadata
@@ -99,14 +135,15 @@ class Proxy:
     def _store(self, columns: list[Array]) -> None:
         """Give every field the common batch shape, and close it against writing."""
         layout = _layout(type(self))
-        batches = [c.shape[:-1] if w else c.shape for c, (_, w) in zip(columns, layout, strict=True)]
+        tails = [c.shape[c.ndim - len(t) :] for c, (_, t) in zip(columns, layout, strict=True)]
+        batches = [c.shape[: c.ndim - len(t)] for c, (_, t) in zip(columns, layout, strict=True)]
         try:
             batch = np.broadcast_shapes(*batches)
         except ValueError:
-            named = ", ".join(f"{n} {b}" for (n, _), b in zip(layout, batches, strict=True))
+            named = ", ".join(f"{self._label(n)} {b}" for (n, _), b in zip(layout, batches, strict=True))
             raise ShapeError(f"{type(self).__name__}: batch shapes do not broadcast: {named}") from None
-        for (name, width), column in zip(layout, columns, strict=True):
-            full = np.broadcast_to(column, (*batch, width) if width else batch)
+        for (name, _), tail, column in zip(layout, tails, columns, strict=True):
+            full = np.broadcast_to(column, (*batch, *tail))
             full.flags.writeable = False
             object.__setattr__(self, name, full)
 
@@ -117,62 +154,161 @@ class Proxy:
         shape._store([np.asarray(c) for c in columns])
         return shape
 
+    def _columns(self) -> list[tuple[Array, int]]:
+        """Fields in order, each with its number of trailing axes."""
+        return [(getattr(self, name), len(tail)) for name, tail in _layout(type(self))]
+
+    def _mapped(self, change: Callable[[Array, int], Array]) -> Self:
+        """Apply one change of batch axes to every field; `change` takes an array and its number of trailing axes."""
+        return self._trusted(*(change(value, ends) for value, ends in self._columns()))
+
     @property
     def batch_shape(self) -> tuple[int, ...]:
         """Leading axes shared by all fields; ``()`` for a single proxy."""
-        name, width = _layout(type(self))[0]
-        shape: tuple[int, ...] = getattr(self, name).shape
-        return shape[:-1] if width else shape
+        value, ends = self._columns()[0]
+        return value.shape[: value.ndim - ends]
 
     def __getitem__(self, index: Any) -> Self:
         """Proxies at `index` of the batch axes."""
         if not isinstance(index, tuple):
             index = (index,)
-        columns = []
-        for name, width in _layout(type(self)):
-            value = getattr(self, name)
-            columns.append(value[(*index, Ellipsis, slice(None))] if width else value[index])
-        return self._trusted(*columns)
+        return self._mapped(
+            lambda value, ends: value[(*index, Ellipsis, *(slice(None),) * ends)] if ends else value[index]
+        )
+
+    def broadcast_to(self, batch: tuple[int, ...]) -> Self:
+        """Repeat along new batch axes, without copying."""
+        return self._mapped(
+            lambda value, ends: np.broadcast_to(value, (*batch, *value.shape[value.ndim - ends :])),
+        )
+
+    def flattened(self) -> Self:
+        """Give the same proxies with one batch axis; what all of them share is not copied."""
+        count = int(np.prod(self.batch_shape, dtype=int))
+
+        def flat(value: Array, ends: int) -> Array:
+            axes = value.ndim - ends
+            tail = value.shape[axes:]
+            if count and all(step == 0 or n == 1 for step, n in zip(value.strides[:axes], value.shape, strict=False)):
+                return np.broadcast_to(value[(0,) * axes], (count, *tail))
+            return value.reshape((count, *tail))
+
+        return self._mapped(flat)
 
     def __repr__(self) -> str:
         """Name every field in full precision; a large batch is named by its shape."""
         if np.prod(self.batch_shape, dtype=int) > 4:
             return f"{type(self).__name__}(<batch of shape {self.batch_shape}>)"
-        values = ", ".join(f"{name}={getattr(self, name).tolist()!r}" for name, _ in _layout(type(self)))
-        return f"{type(self).__name__}({values})"
+        values = ", ".join(f"{self._label(name)}={getattr(self, name).tolist()!r}" for name, _ in _layout(type(self)))
+        return f"{self._constructor()}({values})"
+
+    def _constructor(self) -> str:
+        """Name of the call that builds the proxy from its fields."""
+        return type(self).__name__
 
     def __len__(self) -> int:
         if not self.batch_shape:
             raise TypeError(f"a single {type(self).__name__} has no length")
         return self.batch_shape[0]
 
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """The numbers that lead a packed row and say how long its parts are; none for a type of one size."""
+        return ()
+
+    @classmethod
+    def _tails(cls, sizes: tuple[int, ...]) -> list[tuple[int, ...]]:  # noqa: ARG003  types of one size need none
+        """Tails of the fields of a proxy of these sizes."""
+        return [tuple(int(n) for n in tail) for _, tail in _layout(cls)]
+
     @classmethod
     def width(cls) -> int:
-        """How many numbers one proxy of this type is."""
-        return sum(max(w, 1) for _, w in _layout(cls))
+        """How many numbers one proxy of this type is; types of no fixed size have none."""
+        if cls.header:
+            raise UnsupportedOperation(f"a {cls.__name__} has no fixed width: ask a single one for its `storage`")
+        return sum(_count(tail) for tail in cls._tails(()))
+
+    @property
+    def storage(self) -> int:
+        """How many numbers one proxy of this batch is."""
+        return sum(_count(tail) for tail in type(self)._tails(self.sizes))
 
     def pack(self) -> Array:
-        """All fields side by side, in the constructor's order; shape (..., width)."""
-        parts = [getattr(self, n) if w else getattr(self, n)[..., None] for n, w in _layout(type(self))]
+        """All fields side by side, in the constructor's order, after the sizes; shape (..., width)."""
+        batch = self.batch_shape
+        parts = [np.broadcast_to(np.array(self.sizes, dtype=np.float64), (*batch, len(self.sizes)))]
+        for (value, _), tail in zip(self._columns(), type(self)._tails(self.sizes), strict=True):
+            parts.append(value.reshape((*batch, _count(tail))))
         return np.concatenate(parts, axis=-1)
 
     @classmethod
     def unpack(cls, rows: Array) -> Self:
         """Build from the rows that `pack` gives; validated like any constructor call."""
-        return cls(*cls._split(np.asarray(rows, dtype=np.float64)))
+        numbers = np.asarray(rows, dtype=np.float64)
+        sizes = cls._read_sizes(numbers)
+        wanted = cls.header + sum(_count(tail) for tail in cls._tails(sizes))
+        if numbers.ndim == 0 or numbers.shape[-1] != wanted:
+            cls._refuse_rows(f"expected rows of {wanted} numbers, got an array of shape {numbers.shape}")
+        return cls._validated(*cls._parts(numbers, sizes))
+
+    @classmethod
+    def _validated(cls, *columns: Array) -> Self:
+        """Call the constructor that takes the fields in order."""
+        return cls(*columns)
+
+    @classmethod
+    def _read_sizes(cls, numbers: Array) -> tuple[int, ...]:
+        """Sizes that lead the rows, the same in all of them."""
+        if not cls.header:
+            return ()
+        if numbers.ndim == 0 or numbers.shape[-1] < cls.header:
+            cls._refuse_rows(f"expected {cls.header} sizes first, got an array of shape {numbers.shape}")
+        leading = numbers[..., : cls.header].reshape(-1, cls.header)
+        if not len(leading):
+            cls._refuse_rows("a batch of none has no sizes")
+        first = leading[0]
+        if not np.all(leading == first):
+            cls._refuse_rows("the rows of one batch must have the same sizes")
+        if not np.all((first >= 0) & (first < 2**31) & (first == np.floor(first))):
+            cls._refuse_rows(f"sizes must be whole numbers, got {first.tolist()!r}")
+        return tuple(int(n) for n in first)
+
+    @classmethod
+    def _refuse_rows(cls, why: str) -> NoReturn:
+        raise ShapeError(f"{cls.__name__}.unpack: {why}")
+
+    def identity(self) -> tuple[tuple[Hashable, ...], Array]:
+        """Give what two proxies of one type are put in order by: sizes and shared numbers, and the others in rows."""
+        return self.sizes, self.pack()
+
+    def rebuilt(self, rows: Array) -> Self:
+        """Give a proxy of the same sizes from other packed rows, which are trusted and not validated."""
+        return self._trusted(*self._parts(rows, self.sizes))
 
     @classmethod
     def _split(cls, rows: Array) -> list[Array]:
-        parts, start = [], 0
-        for _, width in _layout(cls):
-            parts.append(rows[..., start : start + width] if width else rows[..., start])
-            start += max(width, 1)
+        """Fields of packed rows, for types of one size."""
+        return cls._parts(rows, ())
+
+    @classmethod
+    def _parts(cls, rows: Array, sizes: tuple[int, ...]) -> list[Array]:
+        parts, start = [], cls.header
+        for tail in cls._tails(sizes):
+            end = start + _count(tail)
+            parts.append(rows[..., start:end].reshape((*rows.shape[:-1], *tail)))
+            start = end
         return parts
 
     @property
     def magnitude(self) -> Array:
-        """Largest absolute coordinate or extent, per proxy."""
-        return largest(self.pack())
+        """Largest absolute coordinate or extent, per proxy; a direction's length is no length of the scene."""
+        tails = type(self)._tails(self.sizes)
+        lengths = [
+            getattr(self, spec.name).reshape((*self.batch_shape, _count(tail)))
+            for spec, tail in zip(fields(self), tails, strict=True)
+            if spec.metadata["length"]
+        ]
+        return largest(np.concatenate(lengths, axis=-1))
 
     @property
     def reference_point(self) -> Array:
@@ -193,17 +329,67 @@ class Proxy:
         if len(np.shape(scale_by)) > len(self.batch_shape):
             name = type(self).__name__
             raise UnsupportedOperation(
-                f"a {name} scales uniformly, by one factor for each proxy: {np.asarray(factor).tolist()!r} is uneven; "
-                "scale a mesh or a hull instead, or build each shape from its own numbers"
+                f"a {name} is scaled uniformly, by one factor for each proxy: {np.asarray(factor).tolist()!r} is "
+                "uneven; use `stretched` with a factor for each axis"
             )
         return self._scaled(scale_by)
 
     def _scaled(self, factor: Array) -> Self:
         raise NotImplementedError
 
+    def stretched(self, factors: Any) -> Self:
+        """Scale about the origin by `factors` (..., 3) > 0, one for each axis.
+
+        Raises
+        ------
+        UnsupportedOperation
+            Where the result is no proxy of this type; the text names the type that it is.
+        """
+        value = as_positive(factors)
+        if value.ndim == 0 or value.shape[-1] != 3:
+            raise UnsupportedOperation(f"stretching takes three factors, one for each axis, got {value.tolist()!r}")
+        return self._stretched(value)
+
+    def _stretched(self, factors: Array) -> Self:
+        even = np.all(factors == factors[..., :1], axis=-1)
+        if not np.all(even):
+            raise UnsupportedOperation(
+                f"a {type(self).__name__} cannot be stretched by {factors.tolist()!r}: {self._uneven()}"
+            )
+        return self._scaled(factors[..., 0])
+
+    def _uneven(self) -> str:
+        """Say which type has what uneven scaling makes of this one."""
+        return "no type has what uneven scaling makes of it"
+
+    def times_power(self, exponent: Any) -> Self:
+        """Scale by 2^exponent (...), exactly: lengths are multiplied, directions are not.
+
+        Directions and normals, whose length means nothing, are brought to about 1 by powers of two, so that no
+        product with them overflows or vanishes.
+        """
+        power = np.asarray(exponent)
+        return self._trusted(
+            *(
+                shifted(getattr(self, spec.name), power, len(spec.metadata["tail"]))
+                if spec.metadata["length"]
+                else getattr(self, spec.name)
+                for spec in fields(self)
+            )
+        )
+
     def transformed(self, rotation: Any, translation: Any) -> Self:
         """Turn about the origin, then move: the isometry x ↦ R x + translation."""
         return self.rotated(rotation).translated(translation)
+
+
+def _count(tail: tuple[int, ...]) -> int:
+    return int(np.prod(tail, dtype=int))
+
+
+def shifted(value: Array, exponent: Array, ends: int = 0) -> Array:
+    """Give value · 2^exponent, the exponent (...) having `ends` trailing axes less than the value."""
+    return np.asarray(np.ldexp(value, exponent.reshape(exponent.shape + (1,) * ends)))
 
 
 def as_positive(factor: Any) -> Array:
@@ -228,3 +414,14 @@ def as_quaternion(rotation: Any) -> Array:
     if q.ndim == 0 or q.shape[-1] != 4 or not np.all(np.isfinite(q)) or np.any(np.all(q == 0, axis=-1)):
         raise ShapeError(f"a rotation is a non-zero quaternion (x, y, z, w), got {np.asarray(rotation).tolist()!r}")
     return q
+
+
+def turned(rotation: Any, v: Array) -> Array:
+    """Turn vectors about the origin by a quaternion, which is checked."""
+    return apply(rotation_matrix(as_quaternion(rotation)), v)
+
+
+def turned_frame(rotation: Any, own: Array) -> Array:
+    """Quaternion of a frame `own` that is turned about the origin by `rotation`."""
+    q = as_quaternion(rotation)
+    return quaternion_product(q / largest(q)[..., None], own / largest(own)[..., None])

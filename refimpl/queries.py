@@ -7,15 +7,18 @@ neither overflow nor vanish.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from refimpl.compiling import batch_of
 from refimpl.linear import Array, Bools, as_floats, largest, power_of_two, scale
 from refimpl.pairs import TABLE, Rule
 from refimpl.results import CollisionData, RayHit, Separation, where
-from refimpl.shapes import Box, HalfSpace, Proxy, Ray, ShapeError, UnsupportedOperation
+from refimpl.shapes import Proxy, Ray, ShapeError, UnsupportedOperation
 
 CHUNK = 1024
 
@@ -40,16 +43,16 @@ def intersect(a: Proxy, b: Proxy) -> Bools:
         The common batch shape.
     """
     rule, swapped = _rule(a, b, "intersect")
-    x, y = (b, a) if swapped else (a, b)
-    rows_x, rows_y, batch = _rows(x, y)
+    x, y, batch = _flat(*((b, a) if swapped else (a, b)))
     found = []
-    for u, v, _ in _chunks(type(x), rows_x, type(y), rows_y):
-        if isinstance(u, Ray):
-            found.append(np.isfinite(rule.function(u, v)[0]))
-        elif rule.meets is not None:
-            found.append(rule.meets(*(_canonical(u, v)[:2] if type(u) is type(v) else (u, v))))
-        else:
-            found.append(_ordered(rule, u, v).distance <= 0)
+    with batch_of(len(x)):
+        for u, v, _ in _chunks(x, y):
+            if isinstance(u, Ray):
+                found.append(np.isfinite(rule.function(u, v)[0]))
+            elif rule.meets is None:
+                found.append(_ordered(rule, u, v).distance <= 0)
+            else:
+                found.append(_meets(rule.meets, u, v))
     return np.concatenate(found).reshape(batch)[()]
 
 
@@ -75,19 +78,16 @@ def distance(a: Proxy, b: Proxy) -> Separation:
         For a ray (use `raycast`), and for two points or rays.
     """
     rule, swapped = _rule(a, b, "distance")
-    x, y = (b, a) if swapped else (a, b)
+    x, y, batch = _flat(*((b, a) if swapped else (a, b)))
     if isinstance(x, Ray):
         raise UnsupportedOperation(
             f"a Ray has no distance from a {type(y).__name__}: use raycast, or a Capsule of radius 0"
         )
-    rows_x, rows_y, batch = _rows(x, y)
     parts = []
-    for u, v, exponent in _chunks(type(x), rows_x, type(y), rows_y):
-        found = _ordered(rule, u, v)
-        with np.errstate(over="ignore", under="ignore"):  # what no double can hold becomes infinite, or 0
-            on_a, on_b = (np.ldexp(w, exponent[:, None]) for w in (found.on_a, found.on_b))
-            parts.append(Separation(np.ldexp(found.distance, exponent), on_a, on_b, found.normal))
-    columns = [np.concatenate([getattr(p, n) for p in parts]) for n in ("distance", "on_a", "on_b", "normal")]
+    with batch_of(len(x)):
+        for u, v, exponent in _chunks(x, y):
+            parts.append(_scaled_back(_ordered(rule, u, v), exponent))
+    columns = [np.concatenate([getattr(p, n) for p in parts]) for n in SEPARATION]
     whole = Separation(*(c.reshape(batch + c.shape[1:])[()] for c in columns))
     return whole.flipped() if swapped else whole
 
@@ -139,24 +139,22 @@ def raycast(ray: Ray, b: Proxy) -> RayHit:
         A grazing ray hits. t = 0, without a normal, when the ray starts inside.
     """
     rule, swapped = _rule(ray, b, "raycast")
-    x, y = (b, ray) if swapped else (ray, b)
+    x, y, batch = _flat(*((b, ray) if swapped else (ray, b)))
     if not isinstance(x, Ray):
         raise UnsupportedOperation(f"raycast needs a Ray and a solid, got {type(ray).__name__} and {type(b).__name__}")
-    rows_x, rows_y, batch = _rows(x, y)
-    times, points, normals, exponents = [], [], [], []
-    for u, v, exponent in _chunks(type(x), rows_x, type(y), rows_y):
-        t, normal = rule.function(u, v)
-        with np.errstate(over="ignore"):
-            points.append(u.pack()[:, :3] + scale(np.where(np.isfinite(t), t, 0.0), u.pack()[:, 3:]))
-        times.append(t)
-        normals.append(normal)
-        exponents.append(exponent)
-    t, point, normal, exponent = (np.concatenate(parts) for parts in (times, points, normals, exponents))
+    parts = []
+    with batch_of(len(x)):
+        for u, v, exponent in _chunks(x, y):
+            t, normal = rule.function(u, v)
+            with np.errstate(over="ignore"):
+                point = u.at(np.where(np.isfinite(t), t, 0.0))
+            parts.append((t, point, normal, exponent))
+    t, point, normal, exponent = (np.concatenate(column) for column in zip(*parts, strict=True))
     hit = np.isfinite(t)
     with np.errstate(over="ignore"):  # a time or place that no double can hold becomes infinite
         point = np.where(hit[:, None], np.ldexp(point, exponent[:, None]), np.nan)
         normal = np.where((hit & (t > 0))[:, None], normal, np.nan)
-        t = np.ldexp(t, exponent - power_of_two(largest(rows_x[:, 3:])))
+        t = np.ldexp(t, exponent - power_of_two(largest(x.direction)))
     return RayHit(*(np.asarray(c).reshape(batch + c.shape[1:])[()] for c in (hit, t, point, normal)))
 
 
@@ -175,55 +173,45 @@ def _rule(a: Proxy, b: Proxy, query: str) -> tuple[Rule, bool]:
     )
 
 
-def _rows(x: Proxy, y: Proxy) -> tuple[Array, Array, tuple[int, ...]]:
-    """Rows of numbers of both, broadcast to a common batch and flattened."""
+def _meets(meets: Callable[[Any, Any], Bools], x: Proxy, y: Proxy) -> Bools:
+    """Apply a cheaper test, in the same order as the distance where both types are the same."""
+    if type(x) is not type(y):
+        return meets(x, y)
+    (found,) = _by_order(_later(x, y), lambda u, v: (meets(u, v),), x, y)
+    return found
+
+
+def _scaled_back(found: Separation, exponent: Array) -> Separation:
+    """Lengths times 2^exponent; what no double can hold becomes infinite, or 0."""
+    with np.errstate(over="ignore", under="ignore"):
+        on_a, on_b = (np.ldexp(w, exponent[:, None]) for w in (found.on_a, found.on_b))
+        return Separation(np.ldexp(found.distance, exponent), on_a, on_b, found.normal)
+
+
+def _flat(x: P, y: Proxy) -> tuple[P, Proxy, tuple[int, ...]]:
+    """Both with one batch axis, of the same length, and the common batch shape."""
     try:
         batch = np.broadcast_shapes(x.batch_shape, y.batch_shape)
     except ValueError:
         raise ShapeError(f"batch shapes {x.batch_shape} and {y.batch_shape} do not broadcast") from None
-    packed = (np.broadcast_to(s.pack(), (*batch, type(s).width())).reshape(-1, type(s).width()) for s in (x, y))
-    return *packed, batch  # type: ignore[return-value]
+    return x.broadcast_to(batch).flattened(), y.broadcast_to(batch).flattened(), batch
 
 
-def _chunks(
-    kind_x: type[Proxy], rows_x: Array, kind_y: type[Proxy], rows_y: Array
-) -> Iterator[tuple[Proxy, Proxy, Array]]:
-    """Pieces of the batch that fit the cache, scaled, with the exponent by which answers are scaled back."""
-    for start in range(0, max(len(rows_x), 1), CHUNK):
-        part = slice(start, start + CHUNK)
-        x, y = kind_x._trusted(*kind_x._split(rows_x[part])), kind_y._trusted(*kind_y._split(rows_y[part]))
-        yield _normalised(x, y)
+def _chunks(x: P, y: Proxy) -> Iterator[tuple[P, Proxy, Array]]:
+    """Pieces of the batch that fit the cache, scaled, with the exponent by which answers are scaled back.
+
+    The largest number of each pair is brought to about 1.
+    """
+    rows = len(x)
+    pieces = max(-(-rows // CHUNK), 1)
+    ends = [rows * i // pieces for i in range(pieces + 1)]
+    for start, end in pairwise(ends):
+        u, v = x[start:end], y[start:end]
+        exponent = power_of_two(np.maximum(u.magnitude, v.magnitude))
+        yield u.times_power(-exponent), v.times_power(-exponent), exponent
 
 
-def _normalised(x: P, y: Proxy) -> tuple[P, Proxy, Array]:
-    """Both scaled by 2^−e, so that their largest number is about 1, and e."""
-    exponent = power_of_two(np.maximum(x.magnitude, y.magnitude))
-    return type(x)._trusted(*_times_power(x, -exponent)), type(y)._trusted(*_times_power(y, -exponent)), exponent
-
-
-def _times_power(x: Proxy, exponent: Array) -> list[Array]:
-    """Fields of `x` times 2^exponent, where they are lengths; a ray's direction and a normal are brought to about 1."""
-    if isinstance(x, Ray):
-        own = power_of_two(largest(x.direction))
-        return [np.ldexp(x.origin, exponent[:, None]), np.ldexp(x.direction, -own[:, None])]
-    if isinstance(x, HalfSpace):
-        own = power_of_two(largest(x.normal))
-        return [np.ldexp(x.normal, -own[:, None]), np.ldexp(x.k, exponent - own)]
-    columns = type(x)._split(x.pack())
-    for i in range(len(columns) - isinstance(x, Box)):  # a box's last field is its rotation
-        columns[i] = np.ldexp(columns[i], exponent[:, None] if columns[i].ndim == 2 else exponent)
-    return columns
-
-
-def _canonical(x: P, y: P) -> tuple[P, P, Bools]:
-    """Two proxies of one type in the order of their numbers, and whether that is the other order."""
-    rows_x, rows_y = x.pack(), y.pack()
-    first = np.argmax(rows_x != rows_y, axis=-1)[:, None]
-    later = (np.take_along_axis(rows_x, first, axis=-1) > np.take_along_axis(rows_y, first, axis=-1))[:, 0]
-    kind = type(x)
-    u = kind._trusted(*kind._split(np.where(later[:, None], rows_y, rows_x)))
-    v = kind._trusted(*kind._split(np.where(later[:, None], rows_x, rows_y)))
-    return u, v, later
+SEPARATION = ("distance", "on_a", "on_b", "normal")
 
 
 def _ordered(rule: Rule, x: Proxy, y: Proxy) -> Separation:
@@ -231,11 +219,39 @@ def _ordered(rule: Rule, x: Proxy, y: Proxy) -> Separation:
     if type(x) is not type(y):
         found: Separation = rule.function(x, y)
         return found
-    u, v, later = _canonical(x, y)
-    found = rule.function(u, v)
+    later = _later(x, y)
+
+    def columns(u: Proxy, v: Proxy) -> tuple[Array, ...]:
+        found = rule.function(u, v)
+        return tuple(getattr(found, name) for name in SEPARATION)
+
+    found = Separation(*_by_order(later, columns, x, y))
     back = found.flipped()
-    names = ("distance", "on_a", "on_b", "normal")
-    return Separation(*(where(later, getattr(back, n), getattr(found, n)) for n in names))
+    return Separation(*(where(later, getattr(back, n), getattr(found, n)) for n in SEPARATION))
+
+
+def _later(x: Proxy, y: Proxy) -> Bools:
+    """Where the first of two proxies of one type comes later in the order of their forms and numbers."""
+    (form_x, rows_x), (form_y, rows_y) = x.identity(), y.identity()
+    if form_x != form_y:
+        return np.full(len(x), repr(form_x) > repr(form_y))
+    first = np.argmax(rows_x != rows_y, axis=-1)[:, None]
+    return np.asarray((np.take_along_axis(rows_x, first, axis=-1) > np.take_along_axis(rows_y, first, axis=-1))[:, 0])
+
+
+def _by_order(later: Bools, function: Callable[[Any, Any], tuple[Array, ...]], x: Proxy, y: Proxy) -> tuple[Array, ...]:
+    """Columns that a function answers for (y, x) in the rows that are `later`, and for (x, y) in all others."""
+    if not later.any():
+        return function(x, y)
+    if later.all():
+        return function(y, x)
+    straight, turned = function(x[~later], y[~later]), function(y[later], x[later])
+    columns = []
+    for u, v in zip(straight, turned, strict=True):
+        column = np.empty(later.shape + u.shape[1:], dtype=u.dtype)
+        column[~later], column[later] = u, v
+        columns.append(column)
+    return tuple(columns)
 
 
 def _inverse_mass(name: str, value: Any) -> Array:

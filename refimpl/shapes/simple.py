@@ -1,7 +1,4 @@
-"""The proxies: what is tested for collision, as immutable data.
-
-Each constructor's docstring says which closed set its numbers mean.
-"""
+"""Proxies of a few numbers: points and rays, balls and capsules, half-spaces."""
 
 from __future__ import annotations
 
@@ -11,43 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from refimpl.linear import (
-    Array,
-    apply,
-    dot,
-    largest,
-    norm,
-    power_of_two,
-    quaternion_product,
-    rotation_matrix,
-    scale,
-)
-from refimpl.proxy import (
-    Proxy,
-    ShapeError,
-    UnsupportedOperation,
-    as_offset,
-    as_quaternion,
-    number,
-    vector,
-)
-
-__all__ = [
-    "AABB",
-    "Box",
-    "Capsule",
-    "HalfSpace",
-    "Point",
-    "Proxy",
-    "Ray",
-    "ShapeError",
-    "Sphere",
-    "UnsupportedOperation",
-]
-
-
-def _turn(rotation: Any, v: Array) -> Array:
-    return apply(rotation_matrix(as_quaternion(rotation)), v)
+from refimpl.linear import Array, dot, largest, norm, power_of_two, scale
+from refimpl.proxy import Proxy, as_offset, number, shifted, turned, vector
+from refimpl.shapes.curved import Ellipsoid
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,10 +40,13 @@ class Point(Proxy):
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""
-        return type(self)(_turn(rotation, self.position))
+        return type(self)(turned(rotation, self.position))
 
     def _scaled(self, factor: Array) -> Self:
         return type(self)(scale(factor, self.position))
+
+    def _stretched(self, factors: Array) -> Self:
+        return type(self)(factors * self.position)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -122,10 +88,18 @@ class Ray(Proxy):
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin of the coordinates."""
-        return type(self)(_turn(rotation, self.origin), _turn(rotation, self.direction))
+        return type(self)(turned(rotation, self.origin), turned(rotation, self.direction))
 
     def _scaled(self, factor: Array) -> Self:
         return type(self)(scale(factor, self.origin), scale(factor, self.direction))
+
+    def _stretched(self, factors: Array) -> Self:
+        return type(self)(factors * self.origin, factors * self.direction)
+
+    def times_power(self, exponent: Any) -> Self:
+        """Scale the origin by 2^exponent; the direction is brought to about 1, and times change with it."""
+        own = power_of_two(largest(self.direction))
+        return self._trusted(shifted(self.origin, np.asarray(exponent), 1), shifted(self.direction, -own, 1))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -157,10 +131,17 @@ class Sphere(Proxy):
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""
-        return type(self)(_turn(rotation, self.center), self.radius)
+        return type(self)(turned(rotation, self.center), self.radius)
 
     def _scaled(self, factor: Array) -> Self:
         return type(self)(scale(factor, self.center), factor * self.radius)
+
+    def to_ellipsoid(self) -> Ellipsoid:
+        """Give the same set as an `Ellipsoid`, which can be stretched."""
+        return Ellipsoid(self.center, scale(self.radius, np.ones(3)))
+
+    def _uneven(self) -> str:
+        return "it becomes an Ellipsoid (Sphere.to_ellipsoid())"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -195,10 +176,21 @@ class Capsule(Proxy):
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""
-        return type(self)(_turn(rotation, self.p), _turn(rotation, self.q), self.radius)
+        return type(self)(turned(rotation, self.p), turned(rotation, self.q), self.radius)
 
     def _scaled(self, factor: Array) -> Self:
         return type(self)(scale(factor, self.p), scale(factor, self.q), factor * self.radius)
+
+    def _stretched(self, factors: Array) -> Self:
+        if np.all(self.radius == 0):
+            return type(self)(factors * self.p, factors * self.q, self.radius)
+        return super()._stretched(factors)
+
+    def _uneven(self) -> str:
+        return (
+            "its ends stop being halves of balls, unless its radius is 0; no type has that set, "
+            "a Composite of a Cylinder and two Ellipsoids comes nearest"
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -243,95 +235,15 @@ class HalfSpace(Proxy):
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""
-        return type(self)(_turn(rotation, self.normal), self.k)
+        return type(self)(turned(rotation, self.normal), self.k)
 
     def _scaled(self, factor: Array) -> Self:
         return type(self)(self.normal, factor * self.k)
 
+    def _stretched(self, factors: Array) -> Self:
+        return type(self)(self.normal / factors, self.k)
 
-@dataclass(frozen=True, eq=False, repr=False)
-class AABB(Proxy):
-    """The axis-aligned box lower ≤ x ≤ upper.
-
-    Parameters
-    ----------
-    lower, upper : (..., 3)
-        Corners, lower ≤ upper in every coordinate; equal ones make the box flat.
-    """
-
-    lower: Array = vector()
-    upper: Array = vector()
-
-    def _check_together(self) -> None:
-        self._refuse("upper", self.upper, self.upper < self.lower, "must not be below AABB.lower")
-
-    if TYPE_CHECKING:
-
-        def __init__(self, lower: ArrayLike, upper: ArrayLike) -> None: ...
-
-    @property
-    def reference_point(self) -> Array:
-        """The centre."""
-        return self.lower / 2 + self.upper / 2
-
-    def to_box(self) -> Box:
-        """The same set as a `Box`, which can be rotated; its centre and extents are rounded."""
-        identity = np.broadcast_to(np.array([0.0, 0.0, 0.0, 1.0]), (*self.batch_shape, 4))
-        return Box._trusted(self.reference_point, self.upper / 2 - self.lower / 2, identity)
-
-    def translated(self, offset: Any) -> Self:
-        """Move by `offset`."""
-        shift = as_offset(offset)
-        return type(self)(self.lower + shift, self.upper + shift)
-
-    def rotated(self, rotation: Any) -> Self:  # noqa: ARG002  there is none that works
-        """Raise: an axis-aligned box does not stay one."""
-        raise UnsupportedOperation("an AABB cannot be rotated: it stays aligned with the axes; use Box (AABB.to_box())")
-
-    def _scaled(self, factor: Array) -> Self:
-        return type(self)(scale(factor, self.lower), scale(factor, self.upper))
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Box(Proxy):
-    """The set center + R(rotation)·y with |y_i| ≤ half_extents_i.
-
-    Parameters
-    ----------
-    center : (..., 3)
-    half_extents : (..., 3)
-        At least 0; zeros make the box flat.
-    rotation : (..., 4)
-        Quaternion (x, y, z, w) of any non-zero length; R is the rotation matrix of its direction.
-    """
-
-    center: Array = vector()
-    half_extents: Array = vector(minimum=0.0)
-    rotation: Array = vector(width=4, nonzero=True)
-
-    if TYPE_CHECKING:
-
-        def __init__(self, center: ArrayLike, half_extents: ArrayLike, rotation: ArrayLike) -> None: ...
-
-    @property
-    def magnitude(self) -> Array:
-        """Largest absolute coordinate or extent: a quaternion's length is no length of the scene."""
-        return np.maximum(largest(self.center), largest(self.half_extents))
-
-    @property
-    def reference_point(self) -> Array:
-        """The centre."""
-        return self.center
-
-    def translated(self, offset: Any) -> Self:
-        """Move by `offset`."""
-        return type(self)(self.center + as_offset(offset), self.half_extents, self.rotation)
-
-    def rotated(self, rotation: Any) -> Self:
-        """Turn about the origin."""
-        q = as_quaternion(rotation)
-        product = quaternion_product(q / largest(q)[..., None], self.rotation / largest(self.rotation)[..., None])
-        return type(self)(_turn(rotation, self.center), self.half_extents, product)
-
-    def _scaled(self, factor: Array) -> Self:
-        return type(self)(scale(factor, self.center), scale(factor, self.half_extents), self.rotation)
+    def times_power(self, exponent: Any) -> Self:
+        """Scale by 2^exponent; the normal is brought to about 1."""
+        own = power_of_two(largest(self.normal))
+        return self._trusted(shifted(self.normal, -own, 1), np.ldexp(self.k, np.asarray(exponent) - own))

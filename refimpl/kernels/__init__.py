@@ -1,0 +1,28 @@
+"""Scalar kernels: the searches of the pair table, one pair at a time, in plain floats.
+
+Broadcasting numpy is fast where every pair of a batch takes the same steps. A search does not: its pairs end at
+different steps. So the searches are written for one pair, as functions of floats and flat sequences of floats, and
+run in either of two ways with the same bits: as they are, by Python, or compiled by numba, which
+`refimpl.compiling` does for large batches when numba is installed.
+
+What both ways understand is a small language: floats, ints, booleans, tuples of them, flat buffers that are lists
+in one and arrays in the other (indexed by single ints, never sliced), ``math.sqrt``, and other kernels. Modules
+of this package import each other relatively, for they are loaded a second time to be compiled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def kernel(function: F) -> F:
+    """Mark a function of this package as one that numba can compile."""
+    if __name__ == "refimpl.kernels":
+        return function
+    import numba  # noqa: PLC0415  only the second, compiled copy of this package needs it
+
+    compiler: Any = numba.njit(cache=True, error_model="numpy")
+    return cast(F, compiler(function))

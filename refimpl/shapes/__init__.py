@@ -1,0 +1,27 @@
+"""The proxies: what is tested for collision, as immutable data.
+
+Each constructor's docstring says which closed set its numbers mean.
+"""
+
+from refimpl.proxy import Proxy, ShapeError, UnsupportedOperation
+from refimpl.shapes.boxes import AABB, Box
+from refimpl.shapes.curved import Cylinder, Ellipsoid
+from refimpl.shapes.polytopes import KDOP, ConvexPolyhedron
+from refimpl.shapes.simple import Capsule, HalfSpace, Point, Ray, Sphere
+
+__all__ = [
+    "AABB",
+    "KDOP",
+    "Box",
+    "Capsule",
+    "ConvexPolyhedron",
+    "Cylinder",
+    "Ellipsoid",
+    "HalfSpace",
+    "Point",
+    "Proxy",
+    "Ray",
+    "ShapeError",
+    "Sphere",
+    "UnsupportedOperation",
+]
