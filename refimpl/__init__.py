@@ -11,8 +11,12 @@ from refimpl.queries import collide, distance, intersect, raycast
 from refimpl.results import CollisionData, RayHit, Separation
 from refimpl.shapes import (
     AABB,
+    KDOP,
     Box,
     Capsule,
+    ConvexPolyhedron,
+    Cylinder,
+    Ellipsoid,
     HalfSpace,
     Point,
     Proxy,
@@ -24,9 +28,13 @@ from refimpl.shapes import (
 
 __all__ = [
     "AABB",
+    "KDOP",
     "Box",
     "Capsule",
     "CollisionData",
+    "ConvexPolyhedron",
+    "Cylinder",
+    "Ellipsoid",
     "HalfSpace",
     "Point",
     "Proxy",

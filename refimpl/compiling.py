@@ -20,6 +20,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 COMPILED = "refimpl._compiled_kernels"
 WORTH_COMPILING = 256
 """Rows of a batch from which compiling pays, even when it has to be done first."""
@@ -90,3 +92,10 @@ def _cache_folder(sources: Path, version: str) -> Path:
 def numbers(rows: Any, module: ModuleType) -> Any:
     """Rows of a batch in the form that a kernel reads fastest: arrays when compiled, lists of floats when not."""
     return rows if is_compiled(module) else rows.tolist()
+
+
+def buffer(size: int, module: ModuleType, whole: bool = False) -> Any:
+    """Scratch space of a kernel: `size` zeros, floats or whole numbers."""
+    if is_compiled(module):
+        return np.zeros(size, dtype=np.int64 if whole else np.float64)
+    return [0 if whole else 0.0] * size

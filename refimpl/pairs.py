@@ -11,12 +11,26 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement
 from typing import Any
 
-from refimpl.algorithms import boxes, halfspaces, rays, rounds
+from refimpl.algorithms import boxes, curved, halfspaces, polytopes, rays, rounds
 from refimpl.linear import Bools
-from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere
+from refimpl.shapes import (
+    AABB,
+    KDOP,
+    Box,
+    Capsule,
+    ConvexPolyhedron,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Point,
+    Proxy,
+    Ray,
+    Sphere,
+)
 
 CLOSED = "closed form"
 FINITE = "finite"
+ITERATIVE = "iterative"
 
 
 @dataclass(frozen=True)
@@ -29,7 +43,8 @@ class Rule:
         Signed distance with witnesses (solids and points), or time and normal of entry (rays); takes both
         proxies in the row's order, with exactly one batch axis.
     exactness
-        "closed form", or "finite" for a bounded number of features or axes.
+        "closed form"; "finite" for a bounded number of features or axes; "iterative" for a search that ends when
+        its proven gap has closed to rounding.
     algorithm
         What is computed, in the field's words.
     meets
@@ -42,37 +57,75 @@ class Rule:
     meets: Callable[[Any, Any], Bools] | None = None
 
 
-SOLIDS: tuple[type[Proxy], ...] = (Sphere, Capsule, HalfSpace, AABB, Box)
+SOLIDS: tuple[type[Proxy], ...] = (Sphere, Capsule, HalfSpace, AABB, Box, KDOP, Ellipsoid, Cylinder, ConvexPolyhedron)
 PROBES: tuple[type[Proxy], ...] = (Point, Ray)
 
 # fmt: off
 # ruff: noqa: E501  a row of the table is a line
 TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
-    (Point, Sphere):         Rule(rounds.point_sphere, CLOSED, "distance to the centre", rounds.point_meets_sphere),
-    (Point, Capsule):        Rule(rounds.point_capsule, CLOSED, "nearest point of the axis", rounds.point_meets_capsule),
-    (Point, HalfSpace):      Rule(halfspaces.point_halfspace, CLOSED, "height above the plane"),
-    (Point, AABB):           Rule(boxes.point_aabb, CLOSED, "clamping; nearest face inside", boxes.point_meets_aabb),
-    (Point, Box):            Rule(boxes.point_box, CLOSED, "clamping in the box's frame", boxes.point_meets_box),
-    (Ray, Sphere):           Rule(rays.ray_sphere, CLOSED, "half chord at the nearest point"),
-    (Ray, Capsule):          Rule(rays.ray_capsule, CLOSED, "side and two end balls"),
-    (Ray, HalfSpace):        Rule(rays.ray_halfspace, CLOSED, "height over speed"),
-    (Ray, AABB):             Rule(rays.ray_aabb, CLOSED, "three slabs"),
-    (Ray, Box):              Rule(rays.ray_box, CLOSED, "three slabs in the box's frame"),
-    (Sphere, Sphere):        Rule(rounds.sphere_sphere, CLOSED, "distance of the centres", rounds.sphere_meets_sphere),
-    (Sphere, Capsule):       Rule(rounds.sphere_capsule, CLOSED, "nearest point of the axis", rounds.sphere_meets_capsule),
-    (Sphere, HalfSpace):     Rule(halfspaces.sphere_halfspace, CLOSED, "height of the centre"),
-    (Sphere, AABB):          Rule(boxes.sphere_aabb, CLOSED, "clamping; nearest face inside", boxes.sphere_meets_aabb),
-    (Sphere, Box):           Rule(boxes.sphere_box, CLOSED, "clamping in the box's frame", boxes.sphere_meets_box),
-    (Capsule, Capsule):      Rule(rounds.capsule_capsule, CLOSED, "closest points of two segments"),
-    (Capsule, HalfSpace):    Rule(halfspaces.capsule_halfspace, CLOSED, "height of the lower end"),
-    (Capsule, AABB):         Rule(boxes.capsule_aabb, FINITE, "segment and box: closest features, 6 axes"),
-    (Capsule, Box):          Rule(boxes.capsule_box, FINITE, "segment and box: closest features, 6 axes"),
-    (HalfSpace, HalfSpace):  Rule(halfspaces.halfspace_halfspace, CLOSED, "facing exactly, or without end"),
-    (HalfSpace, AABB):       Rule(halfspaces.halfspace_aabb, CLOSED, "height of the lowest corner"),
-    (HalfSpace, Box):        Rule(halfspaces.halfspace_box, CLOSED, "height of the lowest corner"),
-    (AABB, AABB):            Rule(boxes.aabb_aabb, CLOSED, "intervals of the three coordinates", boxes.aabb_meets_aabb),
-    (AABB, Box):             Rule(boxes.aabb_box, FINITE, "closest features, 15 separating axes", boxes.aabb_meets_box),
-    (Box, Box):              Rule(boxes.box_box, FINITE, "closest features, 15 separating axes", boxes.box_meets_box),
+    (Point, Sphere):                  Rule(rounds.point_sphere, CLOSED, "distance to the centre", rounds.point_meets_sphere),
+    (Point, Capsule):                 Rule(rounds.point_capsule, CLOSED, "nearest point of the axis", rounds.point_meets_capsule),
+    (Point, HalfSpace):               Rule(halfspaces.point_halfspace, CLOSED, "height above the plane"),
+    (Point, AABB):                    Rule(boxes.point_aabb, CLOSED, "clamping; nearest face inside", boxes.point_meets_aabb),
+    (Point, Box):                     Rule(boxes.point_box, CLOSED, "clamping in the box's frame", boxes.point_meets_box),
+    (Point, KDOP):                    Rule(polytopes.point_kdop, FINITE, "closest features; nearest face inside"),
+    (Point, Ellipsoid):               Rule(curved.point_ellipsoid, ITERATIVE, "root of a monotone function, bracketed"),
+    (Point, Cylinder):                Rule(curved.point_cylinder, CLOSED, "nearest of side, caps and rims"),
+    (Point, ConvexPolyhedron):        Rule(polytopes.point_convexpolyhedron, FINITE, "closest features; nearest face inside"),
+    (Ray, Sphere):                    Rule(rays.ray_sphere, CLOSED, "half chord at the nearest point"),
+    (Ray, Capsule):                   Rule(rays.ray_capsule, CLOSED, "side and two end balls"),
+    (Ray, HalfSpace):                 Rule(rays.ray_halfspace, CLOSED, "height over speed"),
+    (Ray, AABB):                      Rule(rays.ray_aabb, CLOSED, "three slabs"),
+    (Ray, Box):                       Rule(rays.ray_box, CLOSED, "three slabs in the box's frame"),
+    (Ray, KDOP):                      Rule(rays.ray_kdop, CLOSED, "k slabs"),
+    (Ray, Ellipsoid):                 Rule(rays.ray_ellipsoid, CLOSED, "half chord in the frame of the unit ball"),
+    (Ray, Cylinder):                  Rule(rays.ray_cylinder, CLOSED, "side and two caps"),
+    (Ray, ConvexPolyhedron):          Rule(rays.ray_convexpolyhedron, FINITE, "clipping by every face's plane"),
+    (Sphere, Sphere):                 Rule(rounds.sphere_sphere, CLOSED, "distance of the centres", rounds.sphere_meets_sphere),
+    (Sphere, Capsule):                Rule(rounds.sphere_capsule, CLOSED, "nearest point of the axis", rounds.sphere_meets_capsule),
+    (Sphere, HalfSpace):              Rule(halfspaces.sphere_halfspace, CLOSED, "height of the centre"),
+    (Sphere, AABB):                   Rule(boxes.sphere_aabb, CLOSED, "clamping; nearest face inside", boxes.sphere_meets_aabb),
+    (Sphere, Box):                    Rule(boxes.sphere_box, CLOSED, "clamping in the box's frame", boxes.sphere_meets_box),
+    (Sphere, KDOP):                   Rule(polytopes.sphere_kdop, FINITE, "closest features; nearest face inside"),
+    (Sphere, Ellipsoid):              Rule(curved.sphere_ellipsoid, ITERATIVE, "root of a monotone function, bracketed"),
+    (Sphere, Cylinder):               Rule(curved.sphere_cylinder, CLOSED, "nearest of side, caps and rims"),
+    (Sphere, ConvexPolyhedron):       Rule(polytopes.sphere_convexpolyhedron, FINITE, "closest features; nearest face inside"),
+    (Capsule, Capsule):               Rule(rounds.capsule_capsule, CLOSED, "closest points of two segments"),
+    (Capsule, HalfSpace):             Rule(halfspaces.capsule_halfspace, CLOSED, "height of the lower end"),
+    (Capsule, AABB):                  Rule(boxes.capsule_aabb, FINITE, "segment and box: closest features, 6 axes"),
+    (Capsule, Box):                   Rule(boxes.capsule_box, FINITE, "segment and box: closest features, 6 axes"),
+    (Capsule, KDOP):                  Rule(polytopes.capsule_kdop, FINITE, "closest features; separating axes"),
+    (Capsule, Ellipsoid):             Rule(curved.capsule_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (Capsule, Cylinder):              Rule(curved.capsule_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (Capsule, ConvexPolyhedron):      Rule(polytopes.capsule_convexpolyhedron, FINITE, "closest features; separating axes"),
+    (HalfSpace, HalfSpace):           Rule(halfspaces.halfspace_halfspace, CLOSED, "facing exactly, or without end"),
+    (HalfSpace, AABB):                Rule(halfspaces.halfspace_aabb, CLOSED, "height of the lowest corner"),
+    (HalfSpace, Box):                 Rule(halfspaces.halfspace_box, CLOSED, "height of the lowest corner"),
+    (HalfSpace, KDOP):                Rule(polytopes.halfspace_kdop, CLOSED, "height of the lowest corner"),
+    (HalfSpace, Ellipsoid):           Rule(curved.halfspace_ellipsoid, CLOSED, "height of the lowest point"),
+    (HalfSpace, Cylinder):            Rule(curved.halfspace_cylinder, CLOSED, "height of the lowest point"),
+    (HalfSpace, ConvexPolyhedron):    Rule(polytopes.halfspace_convexpolyhedron, CLOSED, "height of the lowest corner"),
+    (AABB, AABB):                     Rule(boxes.aabb_aabb, CLOSED, "intervals of the three coordinates", boxes.aabb_meets_aabb),
+    (AABB, Box):                      Rule(boxes.aabb_box, FINITE, "closest features, 15 separating axes", boxes.aabb_meets_box),
+    (AABB, KDOP):                     Rule(polytopes.aabb_kdop, FINITE, "closest features; separating axes"),
+    (AABB, Ellipsoid):                Rule(curved.aabb_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (AABB, Cylinder):                 Rule(curved.aabb_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (AABB, ConvexPolyhedron):         Rule(polytopes.aabb_convexpolyhedron, FINITE, "closest features; separating axes"),
+    (Box, Box):                       Rule(boxes.box_box, FINITE, "closest features, 15 separating axes", boxes.box_meets_box),
+    (Box, KDOP):                      Rule(polytopes.box_kdop, FINITE, "closest features; separating axes"),
+    (Box, Ellipsoid):                 Rule(curved.box_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (Box, Cylinder):                  Rule(curved.box_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (Box, ConvexPolyhedron):          Rule(polytopes.box_convexpolyhedron, FINITE, "closest features; separating axes"),
+    (KDOP, KDOP):                     Rule(polytopes.kdop_kdop, FINITE, "closest features; separating axes"),
+    (KDOP, Ellipsoid):                Rule(curved.kdop_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (KDOP, Cylinder):                 Rule(curved.kdop_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (KDOP, ConvexPolyhedron):         Rule(polytopes.kdop_convexpolyhedron, FINITE, "closest features; separating axes"),
+    (Ellipsoid, Ellipsoid):           Rule(curved.ellipsoid_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (Ellipsoid, Cylinder):            Rule(curved.ellipsoid_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (Ellipsoid, ConvexPolyhedron):    Rule(curved.ellipsoid_convexpolyhedron, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (Cylinder, Cylinder):             Rule(curved.cylinder_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (Cylinder, ConvexPolyhedron):     Rule(curved.cylinder_convexpolyhedron, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
+    (ConvexPolyhedron, ConvexPolyhedron): Rule(polytopes.convexpolyhedron_convexpolyhedron, FINITE, "closest features; separating axes"),
 }
 # fmt: on
 

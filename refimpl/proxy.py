@@ -278,7 +278,10 @@ class Proxy:
         raise ShapeError(f"{cls.__name__}.unpack: {why}")
 
     def identity(self) -> tuple[tuple[Hashable, ...], Array]:
-        """Give what two proxies of one type are put in order by: sizes and shared numbers, and the others in rows."""
+        """What two proxies of one type are put in order by: a form, and a row of numbers for each proxy.
+
+        The form is the same for all proxies of a batch; proxies of one form are the same set where their rows are.
+        """
         return self.sizes, self.pack()
 
     def rebuilt(self, rows: Array) -> Self:

@@ -239,7 +239,9 @@ def _later(x: Proxy, y: Proxy) -> Bools:
     return np.asarray((np.take_along_axis(rows_x, first, axis=-1) > np.take_along_axis(rows_y, first, axis=-1))[:, 0])
 
 
-def _by_order(later: Bools, function: Callable[[Any, Any], tuple[Array, ...]], x: Proxy, y: Proxy) -> tuple[Array, ...]:
+def _by_order(
+    later: Bools, function: Callable[[Any, Any], tuple[NDArray[Any], ...]], x: Proxy, y: Proxy
+) -> tuple[NDArray[Any], ...]:
     """Columns that a function answers for (y, x) in the rows that are `later`, and for (x, y) in all others."""
     if not later.any():
         return function(x, y)

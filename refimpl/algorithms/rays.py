@@ -10,8 +10,19 @@ import numpy as np
 from refimpl.algorithms.boxes import AXES
 from refimpl.algorithms.halfspaces import unit_plane
 from refimpl.algorithms.nearest import nearest_on_segment, without
-from refimpl.linear import Array, apply, apply_inverse, dot, norm, rotation_matrix, scale, unit_or
-from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Ray, Sphere
+from refimpl.linear import (
+    Array,
+    apply,
+    apply_inverse,
+    dot,
+    largest,
+    norm,
+    power_of_two,
+    rotation_matrix,
+    scale,
+    unit_or,
+)
+from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, Cylinder, Ellipsoid, HalfSpace, Ray, Sphere
 
 Entry = tuple[Array, Array]
 
@@ -128,3 +139,90 @@ def ray_halfspace(ray: Ray, h: HalfSpace) -> Entry:
     with np.errstate(over="ignore"):
         t = np.where(speed < 0, height / np.where(speed < 0, -speed, 1.0), np.inf)
     return np.where(height <= 0, 0.0, t), n
+
+
+def ray_ellipsoid(ray: Ray, e: Ellipsoid) -> Entry:
+    """First time of a ray in an ellipsoid: a unit ball in its scaled frame. Closed form.
+
+    In that frame a thin ellipsoid sees its own origin from afar, and the foot of the perpendicular is what is left
+    when long vectors cancel; a second projection, of the foot, makes good what the first one lost. The frame's
+    components are scaled one by one, so each keeps its own rounding, and none spoils a thinner one.
+    """
+    matrix = rotation_matrix(e.rotation)
+    way = apply_inverse(matrix, ray.direction) / e.radii
+    exponent = power_of_two(largest(way))
+    way = np.ldexp(way, -exponent[:, None])
+    start = apply_inverse(matrix, ray.origin - e.center) / e.radii
+    square = dot(way, way)
+    first = -dot(start, way) / square
+    foot = start + scale(first, way)
+    rest = -dot(foot, way) / square
+    foot = foot + scale(rest, way)
+    nearest = norm(foot)
+    with np.errstate(over="ignore"):
+        chord = (1.0 - nearest) * (1.0 + nearest) / square
+        half = np.sqrt(np.maximum(chord, 0.0))
+        middle = first + rest
+        t = _first(np.where(chord < 0, np.inf, middle - half), np.where(chord < 0, -np.inf, middle + half))
+        t = np.where(norm(start) <= 1.0, 0.0, np.ldexp(t, -exponent))
+    normal = (foot - scale(half, way)) / e.radii
+    return t, apply(matrix, _outward(normal, ray))
+
+
+def ray_cylinder(ray: Ray, c: Cylinder) -> Entry:
+    """First time of a ray in a cylinder: within the radius of the axis, and between the ends. Closed form.
+
+    The last of the two to be entered is the surface that is hit. Ericson, Real-Time Collision Detection, 5.3.7.
+    """
+    axis, offset = unit_or(c.q - c.p, AXES[2])[0], ray.origin - c.p
+    length = norm(c.q - c.p)
+    radial, across = without(offset, axis), without(ray.direction, axis)
+    enter, leave, outward = _round_span(radial, across, c.radius)
+    height, rise = dot(offset, axis), dot(ray.direction, axis)
+    near, far = _span(-height, length - height, rise)
+    within = (norm(radial) <= c.radius) & (height >= 0) & (height <= length)
+    t = np.where(within, 0.0, _first(np.maximum(enter, near), np.minimum(leave, far)))
+    side = unit_or(outward, unit_or(-across, AXES[0])[0])[0]
+    end = scale(np.where(rise > 0, -1.0, 1.0), axis)
+    return t, np.where((near > enter)[:, None], end, side)
+
+
+def ray_kdop(ray: Ray, d: KDOP) -> Entry:
+    """First time of a ray in a k-DOP: its slabs. Closed form. Kay and Kajiya 1986."""
+    size = power_of_two(largest(d.directions))
+    ways = np.ldexp(d.directions, -size[..., None])
+    start = dot(ways, ray.origin[:, None, :])
+    speed = dot(ways, ray.direction[:, None, :])
+    lower, upper = np.ldexp(d.lower, -size) - start, np.ldexp(d.upper, -size) - start
+    near, far = _span(lower, upper, speed)
+    last = np.argmax(near, axis=-1)[:, None]
+    faster = np.take_along_axis(speed, last, axis=-1) > 0
+    face = np.take_along_axis(ways, last[..., None], axis=1)[:, 0]
+    within = np.all((lower <= 0) & (upper >= 0), axis=-1)
+    t = np.where(within, 0.0, _first(np.max(near, axis=-1), np.min(far, axis=-1)))
+    return t, unit_or(np.where(faster, -face, face), AXES[0])[0]
+
+
+def ray_convexpolyhedron(ray: Ray, c: ConvexPolyhedron) -> Entry:
+    """First time of a ray in a convex polyhedron: clipped by one plane after the other. Closed form.
+
+    The planes are those given, or the faces of the hull of the vertices given. Cyrus and Beck 1978; Ericson,
+    Real-Time Collision Detection, 5.3.8.
+    """
+    planes = c.numbers if c.given == "planes" else c.hull.planes
+    size = power_of_two(largest(planes[..., :3]))
+    normals = np.ldexp(planes[..., :3], -size[..., None])
+    matrix = rotation_matrix(c.rotation)
+    start, way = apply_inverse(matrix, ray.origin - c.position), apply_inverse(matrix, ray.direction)
+    height = dot(normals, start[:, None, :]) + np.ldexp(planes[..., 3], -size)
+    speed = dot(normals, way[:, None, :])
+    moving = speed != 0
+    with np.errstate(over="ignore"):
+        times = -height / np.where(moving, speed, 1.0)
+    still = np.where(height <= 0, -np.inf, np.inf)  # along a plane: always below it, or never
+    near = np.where(speed < 0, times, np.where(moving, -np.inf, still))
+    far = np.where(speed > 0, times, np.inf)
+    last = np.argmax(near, axis=-1)[:, None, None]
+    outward = unit_or(np.take_along_axis(normals, last, axis=1)[:, 0], AXES[0])[0]
+    t = np.where(np.all(height <= 0, axis=-1), 0.0, _first(np.max(near, axis=-1), np.min(far, axis=-1)))
+    return t, apply(matrix, outward)

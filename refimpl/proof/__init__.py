@@ -7,11 +7,12 @@ from refimpl.proof.checker import (
     Common,
     Core,
     Escape,
-    InvalidCertificate,
+    Inscribed,
     Near,
     Separated,
     check,
 )
+from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.wire import from_json, to_json
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "Common",
     "Core",
     "Escape",
+    "Inscribed",
     "InvalidCertificate",
     "Near",
     "Separated",

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 
+from refimpl.proof import convex
 from refimpl.proof.checker import (
     Bound,
     Certificate,
@@ -13,17 +14,19 @@ from refimpl.proof.checker import (
     Common,
     Core,
     Escape,
-    InvalidCertificate,
+    Inscribed,
     Near,
-    Number,
     Separated,
     check,
 )
 from refimpl.proof.exact import Features, features
 from refimpl.proof.points import Vector, along, dot, minus, opposite, root
+from refimpl.proof.rational import InvalidCertificate, Number
 from refimpl.proof.rays import Miss, cast
-from refimpl.shapes import Capsule, HalfSpace, Proxy, Ray, Sphere, UnsupportedOperation
+from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, UnsupportedOperation
 
+SIMPLE = Point | Sphere | Capsule | HalfSpace | AABB | Box
+"""Hulls of a few points and half-spaces: searched exactly from beginning to end."""
 TIGHT = Fraction(1, 1 << 49)  # an interval this wide, relative to the scene, is narrow enough to stay with doubles
 
 
@@ -75,10 +78,12 @@ def mirrored(certificate: Certificate) -> Certificate:
     claims: list[Claim] = []
     for claim in certificate.claims:
         match claim:
-            case Separated(n, until):
-                claims.append(Separated(opposite(n), until))
-            case Escape(n):
-                claims.append(Escape(opposite(n)))
+            case Separated(n, until, faces):
+                claims.append(Separated(opposite(n), until, faces[::-1]))
+            case Escape(n, faces):
+                claims.append(Escape(opposite(n), faces[::-1]))
+            case Inscribed(p, columns, q, others, radius, shares):
+                claims.append(Inscribed(q, others, p, columns, radius, shares[::-1]))
             case Near(p, q):
                 claims.append(Near(q, p))
             case Core(pairs, triangles, directions):
@@ -134,6 +139,8 @@ def _plain(claim: Claim) -> Claim:
 
 def _distance_claims(a: Proxy, b: Proxy) -> tuple[Claim, ...]:
     """Make one claim for each side: in doubles, unless exact numbers narrow the interval considerably."""
+    if not all(isinstance(shape, SIMPLE) for shape in (a, b)):
+        return convex.claims(a, b)
     found = features(a, b)
     if found.directions:
         return (_core(found),)

@@ -30,12 +30,15 @@ class Features(NamedTuple):
     points, or one common point twice when the cores meet without depth. With triangles, the differences of
     the pairs are the vertices of a closed polytope around 0 whose nearest facet bounds A ⊖ B.
     With `directions` the pairs are directions in which the shapes are unbounded: A ⊖ B is the whole space.
+    `carriers` are the vertices whose mean with `weights` the nearest pair is.
     """
 
     normal: Vector
     pairs: Sequence[Pair]
     triangles: Sequence[Triangle] = ()
     directions: bool = False
+    carriers: Sequence[Vertex] = ()
+    weights: Sequence[int] = ()
 
 
 class Vertex(NamedTuple):
@@ -52,6 +55,7 @@ class Difference:
     def __init__(self, a: Sequence[Vector], b: Sequence[Vector]) -> None:
         self.unit = math.lcm(*(x.denominator for point in (*a, *b) for x in point))
         self.a, self.b = self._whole(a), self._whole(b)
+        self.reach = max(abs(x) for point in (*self.a, *self.b) for x in point).bit_length()
 
     def _whole(self, points: Sequence[Vector]) -> list[Vector]:
         return [(int(x * self.unit), int(y * self.unit), int(z * self.unit)) for x, y, z in points]
@@ -98,7 +102,7 @@ def _foot(points: Sequence[Vector]) -> tuple[Sequence[int], Vector]:
     raise AssertionError("a simplex has 1 to 4 points")
 
 
-def _smallest(simplex: Sequence[Vertex]) -> tuple[list[Vertex], Sequence[int], Vector]:
+def smallest(simplex: Sequence[Vertex]) -> tuple[list[Vertex], Sequence[int], Vector]:
     """Which vertices carry the point of a simplex nearest to 0, their weights, and that point's direction."""
     for size in range(1, len(simplex) + 1):
         for chosen in combinations(simplex, size):
@@ -118,12 +122,12 @@ def nearest(difference: Difference) -> Features:
     """
     simplex = [difference.support((1, 0, 0))]
     while True:
-        simplex, weights, direction = _smallest(simplex)
+        simplex, weights, direction = smallest(simplex)
         new = difference.support(opposite(direction))
         if dot(direction, new.y) >= dot(direction, simplex[0].y):
             on_a = difference.mean([vertex.a for vertex in simplex], weights)
             on_b = difference.mean([vertex.b for vertex in simplex], weights)
-            return Features(opposite(direction), [(on_a, on_b)])
+            return Features(opposite(direction), [(on_a, on_b)], carriers=simplex, weights=weights)
         simplex.append(new)
 
 
@@ -136,7 +140,7 @@ class _Facet(NamedTuple):
     offset: int
 
 
-def _independent(difference: Difference) -> tuple[list[Vertex], Vector]:
+def independent(difference: Difference) -> tuple[list[Vertex], Vector]:
     """Four independent support points; or fewer, and a normal of a plane that then holds all of A ⊖ B."""
     found = [difference.support((1, 0, 0))]
     ways: list[Vector] = AXES
@@ -162,8 +166,7 @@ class Polytope:
         self.vertices = list(tetrahedron)
         self.facets: dict[Triangle, _Facet] = {}
         self.queue: list[tuple[int, Triangle]] = []
-        reach = max(abs(x) for point in (*difference.a, *difference.b) for x in point).bit_length()
-        self.shift = 2 * reach + 140  # leaves at least 64 bits of the smallest possible distance
+        self.shift = 2 * difference.reach + 140  # leaves at least 64 bits of the smallest possible distance
         base, *rest = (vertex.y for vertex in tetrahedron)
         left, right, top = (minus(y, base) for y in rest)
         upwards = dot(cross(left, right), top) > 0
@@ -205,7 +208,7 @@ def deepest(difference: Difference, common: Features) -> Features:
 
     The expanding polytope of van den Bergen (2001), with signed distances, so that it may start anywhere.
     """
-    found, normal = _independent(difference)
+    found, normal = independent(difference)
     if len(found) < 4:
         return common._replace(normal=normal)
     polytope = Polytope(difference, found)
@@ -225,7 +228,7 @@ def deepest(difference: Difference, common: Features) -> Features:
 # -------------------------------------------------------------------------------------- half-spaces
 
 
-def _pyramid(half: HalfSpace, point: Vector) -> Features:
+def pyramid(half: HalfSpace, point: Vector) -> Features:
     """Nearest points, or the polytope, of a half-space and a core of which `point` is the lowest."""
     n, k = rationals(half.normal), Fraction(half.k.tolist())
     height = (dot(n, point) + k) / dot(n, n)
@@ -264,9 +267,9 @@ def features(a: Proxy, b: Proxy) -> Features:
         n, m = rationals(a.normal), rationals(b.normal)
         if any(cross(n, m)) or dot(n, m) > 0:
             return _whole_space(n, m)
-        return _pyramid(a, along(ZERO, -Fraction(b.k.tolist()) / dot(m, m), m))
+        return pyramid(a, along(ZERO, -Fraction(b.k.tolist()) / dot(m, m), m))
     if isinstance(a, HalfSpace):
-        return _pyramid(a, min(core(b)[0], key=lambda point: dot(rationals(a.normal), point)))
+        return pyramid(a, min(core(b)[0], key=lambda point: dot(rationals(a.normal), point)))
     difference = Difference(core(a)[0], core(b)[0])
     found = nearest(difference)
     return found if any(found.normal) else deepest(difference, found)

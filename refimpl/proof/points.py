@@ -61,12 +61,17 @@ def frame(box: AABB | Box) -> tuple[Vector, Vector, tuple[Vector, Vector, Vector
         low, high = rationals(box.lower), rationals(box.upper)
         half = along(ZERO, Fraction(1, 2), minus(high, low))
         return along(low, 1, half), half, (AXES[0], AXES[1], AXES[2])
-    *v, w = rationals(box.rotation)
-    turned = []
+    return rationals(box.center), rationals(box.half_extents), turned(box.rotation)
+
+
+def turned(rotation: Any) -> tuple[Vector, Vector, Vector]:
+    """Columns of the rotation matrix of a quaternion."""
+    *v, w = rationals(rotation)
+    columns = []
     for i, e in enumerate(AXES):  # (w² + v²) R e = (w² − v²) e + 2 (v·e) v + 2 w v × e
         image = along(along(ZERO, w * w - dot(v, v), e), 2 * v[i], v)
-        turned.append(along(ZERO, 1 / (w * w + dot(v, v)), along(image, 2 * w, cross(v, e))))
-    return rationals(box.center), rationals(box.half_extents), (turned[0], turned[1], turned[2])
+        columns.append(along(ZERO, 1 / (w * w + dot(v, v)), along(image, 2 * w, cross(v, e))))
+    return columns[0], columns[1], columns[2]
 
 
 def core(shape: Proxy) -> tuple[list[Vector], Fraction]:

@@ -13,20 +13,19 @@ from fractions import Fraction
 from typing import Any
 
 from refimpl.proof.checker import (
-    MAX_BITS,
-    MAX_ITEMS,
     Bound,
     Certificate,
     Claim,
     Common,
     Core,
     Escape,
-    InvalidCertificate,
+    Inscribed,
     Near,
-    Number,
+    Place,
     Separated,
-    Vector,
+    Weights,
 )
+from refimpl.proof.rational import MAX_BITS, MAX_ITEMS, InvalidCertificate, Number, Vector
 
 DECIMAL_BITS = 12_000  # Python turns only about 4300 digits into decimals; longer numbers are written to base 16
 INTEGER = "(?:0|[1-9][0-9]{0,3999}|0x[0-9a-f]+)"
@@ -121,19 +120,49 @@ def _vector(data: Any, what: str) -> Vector:
     return x, y, z
 
 
-def _optional_vector(data: Any, what: str) -> Vector | None:
-    return None if data is None else _vector(data, what)
+def _columns(data: Any, what: str) -> tuple[Vector, Vector, Vector]:
+    x, y, z = (_vector(column, what) for column in _items(data, what, 3))
+    return x, y, z
 
 
-def _pairs(data: Any, what: str) -> tuple[tuple[Vector, Vector], ...]:
+def _weights(data: Any, what: str) -> Weights:
     pairs = [_items(pair, what, 2) for pair in _items(data, what)]
-    return tuple((_vector(p, what), _vector(q, what)) for p, q in pairs)
+    return tuple((_index(i, what), _number(weight, what)) for i, weight in pairs)
+
+
+def _faces(data: Any, what: str) -> tuple[Weights, Weights]:
+    of_a, of_b = _items([[], []] if data is None else data, what, 2)
+    return _weights(of_a, what), _weights(of_b, what)
+
+
+def _shares(data: Any, what: str) -> tuple[Number, Number]:
+    of_a, of_b = (_number(share, what) for share in _items(data, what, 2))
+    return of_a, of_b
+
+
+def _place(data: Any, what: str) -> Place:
+    """Coordinates, or the weights of vertices."""
+    by_weights = isinstance(data, list) and all(isinstance(item, list) for item in data)
+    return _weights(data, what) if by_weights else _vector(data, what)
+
+
+def _optional_place(data: Any, what: str) -> Place | None:
+    return None if data is None else _place(data, what)
+
+
+def _pairs(data: Any, what: str) -> tuple[tuple[Place, Place], ...]:
+    pairs = [_items(pair, what, 2) for pair in _items(data, what)]
+    return tuple((_place(p, what), _place(q, what)) for p, q in pairs)
+
+
+def _index(data: Any, what: str) -> int:
+    if type(data) is not int:
+        raise InvalidCertificate(f"{what}: expected indices")
+    return data
 
 
 def _triangles(data: Any, what: str) -> tuple[tuple[int, int, int], ...]:
-    triangles = [_items(triangle, what, 3) for triangle in _items(data, what)]
-    if any(type(i) is not int for triangle in triangles for i in triangle):
-        raise InvalidCertificate(f"{what}: expected indices of pairs")
+    triangles = [[_index(i, what) for i in _items(triangle, what, 3)] for triangle in _items(data, what)]
     return tuple((i, j, k) for i, j, k in triangles)
 
 
@@ -144,9 +173,13 @@ def _flag(data: Any, what: str) -> bool:
 
 
 KINDS: dict[str, tuple[type[Claim], dict[str, Callable[[Any, str], Any]]]] = {
-    "separated": (Separated, {"n": _vector, "until": _optional_number}),
-    "escape": (Escape, {"n": _vector}),
-    "near": (Near, {"a": _vector, "b": _vector}),
-    "common": (Common, {"p": _optional_vector, "time": _optional_number}),
+    "separated": (Separated, {"n": _vector, "until": _optional_number, "faces": _faces}),
+    "escape": (Escape, {"n": _vector, "faces": _faces}),
+    "near": (Near, {"a": _place, "b": _place}),
+    "common": (Common, {"p": _optional_place, "time": _optional_number}),
     "core": (Core, {"pairs": _pairs, "triangles": _triangles, "directions": _flag}),
+    "inscribed": (
+        Inscribed,
+        {"a": _place, "p": _columns, "b": _place, "q": _columns, "radius": _number, "shares": _shares},
+    ),
 }

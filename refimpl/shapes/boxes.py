@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from refimpl.hulls import Hull, hull_of_box
 from refimpl.linear import Array, apply_inverse, rotation_matrix, scale
-from refimpl.proxy import Proxy, UnsupportedOperation, as_offset, turned, turned_frame, vector
-from refimpl.shapes.polytopes import ConvexPolyhedron
+from refimpl.proxy import UnsupportedOperation, as_offset, turned, turned_frame, vector
+from refimpl.shapes.polytopes import ConvexPolyhedron, Polytope
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AABB(Proxy):
+class AABB(Polytope):
     """The axis-aligned box lower ≤ x ≤ upper.
 
     Parameters
@@ -38,6 +39,9 @@ class AABB(Proxy):
         """The centre."""
         return self.lower / 2 + self.upper / 2
 
+    def _derived(self) -> Hull:
+        return hull_of_box(self.lower, self.upper)
+
     def to_box(self) -> Box:
         """The same set as a `Box`, which can be rotated; its centre and extents are rounded."""
         identity = np.broadcast_to(np.array([0.0, 0.0, 0.0, 1.0]), (*self.batch_shape, 4))
@@ -60,7 +64,7 @@ class AABB(Proxy):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Box(Proxy):
+class Box(Polytope):
     """The set center + R(rotation)·y with |y_i| ≤ half_extents_i.
 
     Parameters
@@ -104,6 +108,10 @@ class Box(Proxy):
 
     def _uneven(self) -> str:
         return "turned against the axes, it becomes a parallelepiped: use ConvexPolyhedron (Box.to_convex_polyhedron())"
+
+    def _derived(self) -> Hull:
+        """Hull of the box about the origin, before it is turned and moved."""
+        return hull_of_box(-self.half_extents, self.half_extents)
 
     def to_convex_polyhedron(self) -> ConvexPolyhedron:
         """Give the same set as a `ConvexPolyhedron` of six planes, which can be stretched."""

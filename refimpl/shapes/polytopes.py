@@ -2,21 +2,92 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from hashlib import blake2b
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from refimpl.linear import Array, apply, dot, largest, power_of_two, rotation_matrix, scale
-from refimpl.proxy import Proxy, as_offset, as_quaternion, rows, shifted, turned, turned_frame, vector
+from refimpl.hulls import Hull, hull_of_planes, hull_of_vertices
+from refimpl.intervals import sum_rounded
+from refimpl.linear import Array, apply, as_floats, dot, largest, power_of_two, rotation_matrix, scale
+from refimpl.proxy import Proxy, ShapeError, as_offset, as_quaternion, rows, shifted, turned, turned_frame, vector
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
+AXES = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
+CORNERS = [(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)]
+EDGES = [(1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1)]
+USUAL_DIRECTIONS = {
+    6: np.array(AXES, dtype=np.float64),
+    14: np.array(AXES + CORNERS, dtype=np.float64),
+    18: np.array(AXES + EDGES, dtype=np.float64),
+    26: np.array(AXES + CORNERS + EDGES, dtype=np.float64),
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class KDOP(Proxy):
+class Polytope(Proxy):
+    """What the solids with flat faces share: corners, faces and edges, derived once and kept."""
+
+    @property
+    def hull(self) -> Hull:
+        """Corners, outward unit planes and edges, in the polytope's own frame; see `refimpl.hulls.Hull`."""
+        if "_hull" not in self.__dict__:
+            object.__setattr__(self, "_hull", self._derived())
+        found: Hull = self.__dict__["_hull"]
+        return found
+
+    def _derived(self) -> Hull:
+        raise NotImplementedError
+
+    def _with_hull_of(self, other: Polytope, change: Callable[[Hull], Hull]) -> Self:
+        """Take over what another polytope has derived, changed as this one was made from that one."""
+        if "_hull" in other.__dict__:
+            object.__setattr__(self, "_hull", change(other.hull))
+        return self
+
+    def _mapped(self, change: Callable[[Array, int], Array]) -> Self:
+        return super()._mapped(change)._with_hull_of(self, lambda hull: hull.mapped(change))
+
+    def times_power(self, exponent: Any) -> Self:
+        """Scale by 2^exponent, exactly, and with it what has been derived."""
+        return super().times_power(exponent)._with_hull_of(self, lambda hull: hull.times_power(exponent))
+
+    @property
+    def vertices(self) -> Array:
+        """Corners (..., m, 3), in the polytope's own frame."""
+        return self.hull.vertices
+
+    @property
+    def planes(self) -> Array:
+        """Faces (..., f, 4): outward unit normals and offsets, normal·x + offset ≤ 0, in the polytope's own frame."""
+        return self.hull.planes
+
+    def _derive_now(self) -> None:
+        """Derive the hull, so that an empty or unbounded set is refused when it is built."""
+        try:
+            _ = self.hull
+        except ShapeError as error:
+            raise ShapeError(f"{type(self).__name__}: {error}") from None
+
+
+def _middle_of_corners(hull: Hull) -> Array:
+    """Mean of the corners, which lies in the hull; a repeated last corner, which fills up a batch, counts once."""
+    v = hull.vertices
+    counts = np.ones(v.shape[:-1])
+    counts[..., 1:] = np.any(v[..., 1:, :] != v[..., :-1, :], axis=-1)
+    number = np.cumsum(counts, axis=-1)[..., -1]
+    shares = counts / number[..., None]
+    return np.asarray(np.cumsum(shares[..., None] * v, axis=-2)[..., -1, :])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class KDOP(Polytope):
     """The set lower_i ≤ directions_i·x ≤ upper_i for every i: a slab for each direction.
+
+    Slabs may be redundant; together they must be bounded and have a point in common.
 
     Parameters
     ----------
@@ -37,10 +108,51 @@ class KDOP(Proxy):
 
     def _check_together(self) -> None:
         self._refuse("upper", self.upper, self.upper < self.lower, "must not be below KDOP.lower")
+        self._derive_now()
+
+    def _derived(self) -> Hull:
+        """Hull of the planes: first those of `upper`, then those of `lower`."""
+        normals = np.concatenate([self.directions, -self.directions], axis=-2)
+        return hull_of_planes(
+            np.concatenate([normals, np.concatenate([-self.upper, self.lower], axis=-1)[..., None]], axis=-1)
+        )
+
+    @property
+    def magnitude(self) -> Array:
+        """Largest absolute coordinate of a corner."""
+        return np.asarray(np.max(np.abs(self.vertices), axis=(-2, -1)))
+
+    @property
+    def reference_point(self) -> Array:
+        """The mean of the corners."""
+        return _middle_of_corners(self.hull)
+
+    @classmethod
+    def around(cls, points: ArrayLike, k: int = 26) -> Self:
+        """Build the smallest k-DOP of the usual directions around points.
+
+        Parameters
+        ----------
+        points : (..., m, 3)
+        k : {6, 14, 18, 26}
+            Number of planes, two for each direction: the axes; with the cube's diagonals (14), with the diagonals of
+            its faces (18), with both (26). Klosowski et al., Efficient Collision Detection Using Bounding Volume
+            Hierarchies of k-DOPs, 1998.
+        """
+        if k not in USUAL_DIRECTIONS:
+            raise ShapeError(f"KDOP.around: the usual k are {', '.join(map(str, USUAL_DIRECTIONS))}, got {k!r}")
+        inside = as_floats(points)
+        if inside.ndim < 2 or inside.shape[-1] != 3 or not inside.shape[-2] or not np.all(np.isfinite(inside)):
+            raise ShapeError(f"KDOP.around: expected finite points (..., m, 3), got an array of shape {inside.shape}")
+        directions = USUAL_DIRECTIONS[k]
+        terms = inside[..., :, None, :] * directions
+        lower = np.min(sum_rounded(terms, -np.inf), axis=-2)
+        upper = np.max(sum_rounded(terms, np.inf), axis=-2)
+        return cls(directions, lower, upper)
 
     @property
     def sizes(self) -> tuple[int, ...]:
-        """The number k of slabs."""
+        """The number of slabs."""
         return (self.lower.shape[-1],)
 
     @classmethod
@@ -74,7 +186,7 @@ class KDOP(Proxy):
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class ConvexPolyhedron(Proxy):
+class ConvexPolyhedron(Polytope):
     """An intersection of half-spaces, or the hull of vertices, in a frame of its own.
 
     ``ConvexPolyhedron(planes, position, rotation)`` is the set of the points position + R(rotation)·y with
@@ -140,6 +252,35 @@ class ConvexPolyhedron(Proxy):
         if self.given == "planes":
             flat = np.all(self.numbers[..., :3] == 0, axis=-1)
             self._refuse("numbers", self.numbers, flat, "must have a normal that is not zero")
+            self._derive_now()
+
+    def _derived(self) -> Hull:
+        return hull_of_planes(self.numbers) if self.given == "planes" else hull_of_vertices(self.numbers)
+
+    @property
+    def vertices(self) -> Array:
+        """The vertices (..., m, 3) as they were given, or else the corners of the planes; in its own frame."""
+        return self.numbers if self.given == "vertices" else self.hull.vertices
+
+    @property
+    def planes(self) -> Array:
+        """The planes (..., k, 4) as they were given, or else the faces of the hull, outward; in its own frame."""
+        return self.numbers if self.given == "planes" else self.hull.planes
+
+    @property
+    def magnitude(self) -> Array:
+        """Largest absolute coordinate of the position, or of a corner in its own frame."""
+        return np.maximum(largest(self.position), np.max(np.abs(self.hull.vertices), axis=(-2, -1)))
+
+    @property
+    def reference_point(self) -> Array:
+        """The mean of the corners."""
+        return np.asarray(self.position + apply(rotation_matrix(self.rotation), _middle_of_corners(self.hull)))
+
+    def identity(self) -> tuple[tuple[Hashable, ...], Array]:
+        """Sizes, and rows of the pose and of a digest of the planes or vertices."""
+        marks = _digests(self.numbers)
+        return self.sizes, np.concatenate([self.position, self.rotation, marks], axis=-1)
 
     def _label(self, name: str) -> str:
         return self.given if name == "numbers" else name
@@ -177,7 +318,11 @@ class ConvexPolyhedron(Proxy):
         return self._placed(turned(rotation, self.position), turned_frame(rotation, self.rotation))
 
     def _placed(self, position: Array, rotation: Array) -> Self:
-        return self._validated(self.numbers, position, rotation)
+        """Give the same geometry, with what has been derived, another pose."""
+        for name, value in (("position", position), ("rotation", rotation)):
+            self._refuse(name, value, ~np.isfinite(value), "must be finite")
+        made = self._trusted(self.numbers, position, rotation)
+        return made._with_hull_of(self, lambda hull: hull.broadcast_to(made.batch_shape))
 
     def _scaled(self, factor: Array) -> Self:
         if self.given == "vertices":
@@ -208,9 +353,23 @@ class ConvexPolyhedron(Proxy):
             numbers = _with_offsets(
                 shifted(self.numbers, -own, 1), np.ldexp(self.numbers[..., 3], power[..., None] - own)
             )
-        return self._trusted(numbers, shifted(self.position, power, 1), self.rotation)
+        made = self._trusted(numbers, shifted(self.position, power, 1), self.rotation)
+        return made._with_hull_of(self, lambda hull: hull.times_power(power))
 
 
 def _with_offsets(planes: Array, offsets: Array) -> Array:
     normals = np.broadcast_to(planes[..., :3], (*offsets.shape, 3))
     return np.concatenate([normals, offsets[..., None]], axis=-1)
+
+
+def _digests(numbers: Array) -> Array:
+    """Two doubles (..., 2) that tell geometries (..., n, w) apart by their content."""
+    batch = numbers.shape[:-2]
+    if batch and numbers.size and not any(step for step, n in zip(numbers.strides, batch, strict=False) if n > 1):
+        return np.broadcast_to(_digests(numbers[(0,) * len(batch)]), (*batch, 2))
+    marks = [
+        [int.from_bytes(digest[:6], "big"), int.from_bytes(digest[6:], "big")]
+        for where in np.ndindex(*batch)
+        for digest in [blake2b((numbers[where] + 0.0).tobytes(), digest_size=12).digest()]
+    ]
+    return np.array(marks, dtype=np.float64).reshape((*batch, 2))

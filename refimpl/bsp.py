@@ -1,0 +1,279 @@
+"""A concave solid as convex pieces: a binary space partition whose planes are those of its faces, exact.
+
+A cell that holds faces is cut by the plane of one of them, and so are the faces; a cell without faces is wholly
+solid or wholly empty, as the faces in its last cutting plane say (Thibault & Naylor 1987, Set Operations on
+Polyhedra Using Binary Space Partitioning Trees). Where the faces of a cell lie behind each other's planes, what is
+solid of it is one convex piece, however many faces there are. Pieces that fit together are joined again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refimpl.cells import Arrangement, Cell, Loop, Plane, Point, bounding_cell
+from refimpl.linear import Array, Bools
+from refimpl.meshes import Triangles
+from refimpl.signs import Points
+
+CANDIDATES = 24  # cutting planes that are compared for a cell
+SAMPLE = 1000  # faces of a cell that are looked at for the comparison
+LEVEL = 1e-12  # what is looked at for choosing only may be decided roughly
+
+
+class Piece(NamedTuple):
+    """A convex piece of a solid.
+
+    Attributes
+    ----------
+    planes : tuple of (a, b, c, d), whole numbers
+        The piece is where ax + by + cz + d ≤ 0 for all of them, exactly; each carries a facet.
+    corners : tuple of (x, y, z, w), whole numbers, w > 0
+        Its corners (x/w, y/w, z/w), exactly.
+    facets : tuple of loops
+        For each plane its facet's corners, by number, anticlockwise seen from outside.
+    vertices : (m, 3)
+        The corners, each coordinate correctly rounded.
+    """
+
+    planes: tuple[Plane, ...]
+    corners: tuple[Point, ...]
+    facets: tuple[Loop, ...]
+    vertices: Array
+
+    def six_volumes(self) -> Fraction:
+        """Six times the volume, exactly."""
+        total = Fraction(0)
+        for loop in self.facets:
+            (ax, ay, az, aw), *rest = (self.corners[i] for i in loop)
+            for (bx, by, bz, bw), (cx, cy, cz, cw) in zip(rest, rest[1:], strict=False):
+                det = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+                total += Fraction(det, aw * bw * cw)
+        return total
+
+
+class Face(NamedTuple):
+    """What of a mesh's face lies in a cell.
+
+    `side` is 1 where the stored plane's normal looks outwards. `lines` says of each edge, from its corner on, what it
+    is part of: a plane's number, or the two ends of an edge of the mesh.
+    """
+
+    plane: int
+    side: int
+    loop: Loop
+    lines: tuple[int | tuple[int, int], ...]
+
+
+def convex_pieces(vertices: Array, triangles: Triangles) -> list[Piece]:
+    """Split the solid that a mesh bounds into convex pieces whose interiors are disjoint.
+
+    Parameters
+    ----------
+    vertices : (m, 3)
+    triangles : (t, 3) int
+        A mesh that `meshes.require_solid` accepts.
+    """
+    points = Points(vertices)
+    grid = points.grid
+    reach = 2 * max(int(abs(x)) for x in grid.ravel()) + 1
+    space = Arrangement(reach)
+    numbers = [space.point(*row) for row in grid.tolist()]
+    faces = [_face(space, [numbers[i] for i in corners]) for corners in triangles.tolist()]
+    cells = _joined(space, _solid_cells(space, bounding_cell(space, reach), faces))
+    return [_piece(space, cell, points.grid_exponent) for cell in cells]
+
+
+def _face(space: Arrangement, loop: list[int]) -> Face:
+    p, q, r = loop
+    (px, py, pz, _), (qx, qy, qz, _), (rx, ry, rz, _) = (space.points[i] for i in loop)
+    ux, uy, uz, vx, vy, vz = qx - px, qy - py, qz - pz, rx - px, ry - py, rz - pz
+    a, b, c = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    plane, side = space.plane(a, b, c, -(a * px + b * py + c * pz))
+    for corner in loop:
+        space.lies_on(corner, plane)
+    return Face(plane, side, (p, q, r), ((p, q), (q, r), (r, p)))
+
+
+def _solid_cells(space: Arrangement, cell: Cell, faces: list[Face]) -> list[Cell]:
+    """The tree, walked depth first without recursion: what is solid of a cell."""
+    found, waiting = [], [(cell, faces)]
+    while waiting:
+        cell, faces = waiting.pop()
+        plane = _cutting_plane(space, faces)
+        if plane is None:
+            found.append(_behind_all(space, cell, faces))
+            continue
+        below, within, above = _cut_faces(space, faces, plane)
+        for part, inside, side in zip(cell.split(space, plane), (below, above), (-1, 1), strict=True):
+            assert part is not None  # a face of the cell lies in the plane
+            if inside:
+                waiting.append((part, inside))
+            elif within == -side:
+                found.append(part)
+    return found
+
+
+def _cut_faces(space: Arrangement, faces: list[Face], plane: int) -> tuple[list[Face], int, list[Face]]:
+    """Faces below and above a plane, and the side to which those in it look, where they agree."""
+    below, above, within = [], [], 0
+    memo: dict[int, int] = {}
+    for face in faces:
+        if face.plane == plane:
+            within = face.side
+            continue
+        sides = []
+        for corner in face.loop:
+            side = memo.get(corner)
+            if side is None:
+                side = memo[corner] = space.side(corner, plane)
+            sides.append(side)
+        if 1 not in sides:
+            below.append(face)
+        elif -1 not in sides:
+            above.append(face)
+        else:
+            below.append(_part(space, face, plane, sides, -1))
+            above.append(_part(space, face, plane, sides, 1))
+    return below, within, above
+
+
+def _part(space: Arrangement, face: Face, plane: int, sides: list[int], keep: int) -> Face:
+    """What of a face lies on one side of a plane that cuts it."""
+    loop: list[int] = []
+    lines: list[int | tuple[int, int]] = []
+    count = len(face.loop)
+    for i in range(count):
+        j = (i + 1) % count
+        here, there, line = sides[i], sides[j], face.lines[i]
+        if here != -keep:
+            loop.append(face.loop[i])
+            lines.append(line if here == keep or there == keep else plane)
+        if here * there < 0:
+            if isinstance(line, tuple):
+                new = space.edge_point(*line, plane)
+                space.lies_on(new, face.plane)
+            else:
+                new = space.meeting(face.plane, line, plane)
+            loop.append(new)
+            lines.append(line if there == keep else plane)
+    return Face(face.plane, face.side, tuple(loop), tuple(lines))
+
+
+def _behind_all(space: Arrangement, cell: Cell, faces: list[Face]) -> Cell:
+    """What of a cell is behind all of its faces."""
+    for plane, side in dict.fromkeys((face.plane, face.side) for face in faces):
+        parts = cell.split(space, plane)
+        part = parts[0] if side > 0 else parts[1]
+        assert part is not None
+        cell = part
+    return cell
+
+
+# ------------------------------------------------------------------------------------------ choosing
+
+
+def _cutting_plane(space: Arrangement, faces: list[Face]) -> int | None:
+    """Plane of a face that other faces lie in front of, chosen so that few such pairs are left; None without any."""
+    planes = list(dict.fromkeys((face.plane, face.side) for face in faces))
+    if len(planes) == 1:
+        return None
+    start = np.cumsum([0] + [len(face.loop) for face in faces[:-1]])
+    corners = [corner for face in faces for corner in face.loop]
+    near = np.array([space.near[corner] for corner in corners])
+    slopes = np.array([space.slopes[plane] for plane, _ in planes]) * np.array([[side] for _, side in planes])
+    chosen = np.arange(len(planes))
+    if len(planes) > SAMPLE:
+        chosen = chosen[np.linspace(0, len(planes) - 1, SAMPLE).astype(int)]
+    some = np.arange(len(faces))
+    if len(faces) > SAMPLE:
+        some = some[np.linspace(0, len(faces) - 1, SAMPLE).astype(int)]
+    height = slopes[chosen, :3] @ near.T + slopes[chosen, 3:]
+    front = np.maximum.reduceat(height, start, axis=1)[:, some] > LEVEL
+    back = np.minimum.reduceat(height, start, axis=1)[:, some] < -LEVEL
+    concave = np.flatnonzero(front.any(axis=1))
+    if len(concave) == 0:
+        return _exactly_concave(space, planes, corners, slopes, near)
+    number = {plane: i for i, plane in enumerate(planes)}
+    own = np.array([number[faces[i].plane, faces[i].side] for i in some])
+    if len(concave) > CANDIDATES:
+        concave = concave[np.linspace(0, len(concave) - 1, CANDIDATES).astype(int)]
+    best = concave[int(np.argmin(_left_over(front, back, concave, chosen, own)))]
+    return planes[chosen[best]][0]
+
+
+def _left_over(
+    front: Bools, back: Bools, candidates: NDArray[np.int64], chosen: NDArray[np.int64], own: NDArray[np.int64]
+) -> Array:
+    """How many pairs (plane, face in front of it) a cut leaves, for each candidate; `own` is each face's plane."""
+    row = np.full(max(int(chosen.max()), int(own.max())) + 1, -1)
+    row[chosen] = np.arange(len(chosen))
+    known = row[own] >= 0
+    relation = (front[row[own[known]]]).astype(np.float32)
+    total = np.zeros(len(candidates))
+    for part in (front[candidates], back[candidates]):
+        weight = part.astype(np.float32)
+        total += np.sum((weight[:, known] @ relation) * weight, axis=1)
+    return total
+
+
+def _exactly_concave(
+    space: Arrangement, planes: list[tuple[int, int]], corners: Sequence[int], slopes: Array, near: Array
+) -> int | None:
+    """A plane with some corner in front, decided exactly."""
+    for first in range(0, len(planes), 256):
+        height = slopes[first : first + 256, :3] @ near.T + slopes[first : first + 256, 3:]
+        for i, j in np.argwhere(height > -2e-14).tolist():
+            plane, side = planes[first + i]
+            if space.side(corners[j], plane) == side:
+                return plane
+    return None
+
+
+# ------------------------------------------------------------------------------------------- joining
+
+
+def _joined(space: Arrangement, cells: list[Cell]) -> list[Cell]:
+    """Join cells that share a whole facet, as long as there are two whose union is convex."""
+    alive = dict(enumerate(cells))
+    facets: dict[tuple[int, frozenset[int]], list[int]] = {}
+    for number, cell in alive.items():
+        for facet in cell.facets:
+            facets.setdefault((facet.plane, frozenset(facet.loop)), []).append(number)
+    waiting = [key for key, owners in facets.items() if len(owners) == 2]
+    count = len(cells)
+    while waiting:
+        key = waiting.pop()
+        owners = [number for number in facets[key] if number in alive]
+        if len(owners) != 2:
+            continue
+        union = alive[owners[0]].joined(alive[owners[1]], space, key[0])
+        if union is None:
+            continue
+        del alive[owners[0]], alive[owners[1]]
+        alive[count] = union
+        for facet in union.facets:
+            again = (facet.plane, frozenset(facet.loop))
+            facets.setdefault(again, []).append(count)
+            waiting.append(again)
+        count += 1
+    return list(alive.values())
+
+
+def _piece(space: Arrangement, cell: Cell, exponent: int) -> Piece:
+    """A cell in the mesh's own unit: grid coordinates times 2^exponent."""
+    up, down = 1 << max(exponent, 0), 1 << max(-exponent, 0)
+    order = sorted(cell.corners)
+    number = {corner: i for i, corner in enumerate(order)}
+    corners = tuple((x * up, y * up, z * up, w * down) for x, y, z, w in (space.points[i] for i in order))
+    planes = []
+    for facet in cell.facets:
+        a, b, c, d = (-facet.side * x for x in space.planes[facet.plane])
+        planes.append((a * down, b * down, c * down, d * up))
+    vertices = np.array([[x / w, y / w, z / w] for x, y, z, w in corners])
+    loops = tuple(tuple(number[corner] for corner in facet.loop) for facet in cell.facets)
+    return Piece(tuple(planes), corners, loops, vertices)

@@ -1,0 +1,263 @@
+"""Corners, faces and edges of polytopes, derived once and kept with the shape.
+
+What was given is the shape's meaning; what is derived here is rounded only once, from exact corners and planes. A
+polygon, a segment and a point are prisms and boxes of no thickness: they have two sides, and the faces that such a
+prism has around them, so that a search over faces and edges need not know that they are flat.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refimpl.cones import nearest_doubles
+from refimpl.faces import Faces, edges_of, from_planes, from_vertices
+from refimpl.linear import Array, cross, dot, largest, norm, perpendicular, power_of_two, unit_or
+from refimpl.proxy import ShapeError, shifted
+
+Indices = NDArray[np.int64]
+KEPT = 4096  # geometries whose hulls are remembered, at a few kilobytes each
+
+
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """A polytope's corners, outward planes and edges, in its own frame.
+
+    Polytopes of a batch that have less of something than others repeat their last.
+
+    Attributes
+    ----------
+    vertices : (..., m, 3)
+        Extreme points only; given ones as they were given, others rounded correctly from the exact corner.
+    planes : (..., f, 4)
+        Unit outward normal and offset, normal·x + offset ≤ 0; one for each face, and around flat sets the planes of
+        a prism without thickness.
+    edges : (..., e, 4) int
+        Start, end (vertices), face to the left, face to the right (planes), seen from outside.
+    active_planes : (..., f) int
+        Which of the given planes each is; −1 for planes that were not given.
+    active_vertices : (..., m) int
+        Which of the given vertices each is; −1 for corners that were not given.
+    dimension : (...) int
+        3, or 2, 1, 0 for a polygon, a segment, a point.
+    """
+
+    vertices: Array
+    planes: Array
+    edges: Indices
+    active_planes: Indices
+    active_vertices: Indices
+    dimension: Indices
+
+    def mapped(self, change: Callable[[Any, int], Any]) -> Self:
+        """Apply one change of batch axes to every array; `change` takes one and its number of trailing axes."""
+        ends = (2, 2, 2, 1, 1, 0)
+        arrays = (
+            self.vertices,
+            self.planes,
+            self.edges,
+            self.active_planes,
+            self.active_vertices,
+            self.dimension,
+        )
+        return type(self)(*(change(a, n) for a, n in zip(arrays, ends, strict=True)))
+
+    def broadcast_to(self, batch: tuple[int, ...]) -> Self:
+        """Repeat along new batch axes, without copying."""
+        return self.mapped(lambda a, ends: np.broadcast_to(a, (*batch, *a.shape[a.ndim - ends :])))
+
+    def times_power(self, exponent: Any) -> Self:
+        """Scale by 2^exponent, exactly."""
+        power = np.asarray(exponent)
+        vertices = shifted(self.vertices, power, 2)
+        offsets = np.ldexp(self.planes[..., 3], power[..., None])
+        normals = np.broadcast_to(self.planes[..., :3], (*offsets.shape, 3))
+        planes = np.concatenate([normals, offsets[..., None]], axis=-1)
+        rest = self.broadcast_to(offsets.shape[:-1])
+        return type(self)(vertices, planes, rest.edges, rest.active_planes, rest.active_vertices, rest.dimension)
+
+
+def hull_of_planes(planes: Array) -> Hull:
+    """Hull of the set behind all planes (..., k, 4), normal·x + k ≤ 0, with normals of any non-zero length.
+
+    Raises
+    ------
+    ShapeError
+        Where the set is empty or unbounded: which of the two, and where in the batch.
+    """
+    own = power_of_two(largest(planes[..., :3]))
+    level = np.concatenate([shifted(planes[..., :3], -own, 1), np.ldexp(planes[..., 3], -own)[..., None]], axis=-1)
+    size = power_of_two(np.max(np.abs(level[..., 3]), axis=-1, initial=0.0))
+    level[..., 3] = np.ldexp(level[..., 3], -size[..., None])
+    return _of_batch(level, size, _solid_of_planes)
+
+
+def hull_of_vertices(vertices: Array) -> Hull:
+    """Hull of points (..., m, 3), of which any may be equal, collinear or coplanar."""
+    size = power_of_two(np.max(np.abs(vertices), axis=(-2, -1), initial=0.0))
+    return _of_batch(shifted(vertices, -size, 2), size, _solid_of_vertices)
+
+
+def _of_batch(numbers: Array, exponent: Any, single: Callable[[bytes, int], Hull]) -> Hull:
+    """Hulls of each geometry of a batch, found once where geometries repeat, scaled back by 2^exponent."""
+    batch = numbers.shape[:-2]
+    if batch and numbers.size and not any(step for step, n in zip(numbers.strides, batch, strict=False) if n > 1):
+        first = (0,) * len(batch)
+        return _of_batch(numbers[first], exponent[first], single).broadcast_to(batch)
+    found: list[Hull] = []
+    for where in np.ndindex(*batch):
+        try:
+            found.append(single(np.ascontiguousarray(numbers[where]).tobytes(), numbers.shape[-2]))
+        except ShapeError as error:
+            at = f", at index {where}" if where else ""
+            raise ShapeError(f"{error}{at}") from None
+    if not batch:
+        return found[0].times_power(exponent)
+    together = _stacked(found).mapped(lambda a, ends: a.reshape((*batch, *a.shape[a.ndim - ends :])))
+    return together.times_power(exponent)
+
+
+def _stacked(hulls: list[Hull]) -> Hull:
+    """One batch of single hulls; the shorter lists repeat their last item."""
+    columns: list[Any] = []
+    for name in ("vertices", "planes", "edges", "active_planes", "active_vertices", "dimension"):
+        parts = [getattr(h, name) for h in hulls]
+        if name != "dimension":
+            longest = max((len(p) for p in parts), default=0)
+            index = np.arange(longest)
+            parts = [p if len(p) == longest else _padded(p, index) for p in parts]
+        columns.append(np.stack(parts) if parts else np.zeros((0, *_EMPTY_TAILS[name])))
+    return Hull(*columns)
+
+
+_EMPTY_TAILS = {
+    "vertices": (1, 3),
+    "planes": (1, 4),
+    "edges": (1, 4),
+    "active_planes": (1,),
+    "active_vertices": (1,),
+    "dimension": (),
+}
+
+
+def _padded(part: Any, index: Any) -> Any:
+    if not len(part):  # a point among others: its only corner to itself
+        return np.zeros((len(index), *part.shape[1:]), dtype=part.dtype)
+    return part[np.minimum(index, len(part) - 1)]
+
+
+@lru_cache(maxsize=KEPT)
+def _solid_of_planes(content: bytes, count: int) -> Hull:
+    planes = np.frombuffer(content).reshape(count, 4)
+    return _derived(from_planes(planes), planes=planes)
+
+
+@lru_cache(maxsize=KEPT)
+def _solid_of_vertices(content: bytes, count: int) -> Hull:
+    points = np.frombuffer(content).reshape(count, 3)
+    return _derived(from_vertices(points), points=points)
+
+
+def _derived(faces: Faces, planes: Array | None = None, points: Array | None = None) -> Hull:
+    """Round the exact faces: to doubles, unit normals, and an orientation for each edge."""
+    if points is not None:
+        corners, active_vertices = points[faces.kept_vertices], faces.kept_vertices
+    else:
+        corners, active_vertices = _rounded_corners(faces), [-1] * len(faces.corners)
+    if faces.dimension < 3:
+        sides, edges = _thin(faces, corners)
+        return _hull(corners, sides, edges, [-1] * len(sides), active_vertices, faces.dimension)
+    active_planes = faces.kept_planes if planes is not None else [-1] * len(faces.planes)
+    return _hull(corners, _unit_planes(faces), edges_of(faces), active_planes, active_vertices, 3)
+
+
+def _hull(corners: Array, planes: Array, edges: Any, active_planes: Any, active_vertices: Any, dimension: int) -> Hull:
+    index = (np.array(a, dtype=np.int64) for a in (active_planes, active_vertices, dimension))
+    return Hull(corners, planes, np.array(edges, dtype=np.int64).reshape(-1, 4), *index)
+
+
+def _rounded_corners(faces: Faces) -> Array:
+    """Exact corners to the nearest doubles: Python divides whole numbers with one rounding."""
+    try:
+        rows = [(x / t, y / t, z / t) for x, y, z, t in faces.corners]
+    except OverflowError:
+        raise ShapeError("a corner lies beyond the largest float") from None
+    return np.asarray(np.ldexp(np.array(rows), faces.exponent))
+
+
+def _unit_planes(faces: Faces) -> Array:
+    """Outward unit normals and offsets of the exact planes."""
+    level = []
+    for n in faces.planes:
+        normal = nearest_doubles(n[:3])
+        unit = 1 << max(abs(c) for c in n[:3]).bit_length()
+        level.append((*normal, n[3] / unit))
+    rows = np.array(level)
+    length = norm(rows[:, :3])
+    return np.concatenate(
+        [rows[:, :3] / length[:, None], np.ldexp(rows[:, 3:] / length[:, None], faces.exponent)], axis=1
+    )
+
+
+def _thin(faces: Faces, corners: Array) -> tuple[Array, list[tuple[int, int, int, int]]]:
+    """Planes and edges of a flat set: those of a prism (polygon) or of a box (segment, point) of no thickness."""
+    if faces.dimension == 0:
+        return _supporting(np.concatenate([np.eye(3), -np.eye(3)]), corners), []
+    if faces.dimension == 1:
+        way = unit_or(corners[1] - corners[0], np.eye(3)[0])[0]
+        u = perpendicular(way)
+        around = np.stack([u, cross(way, u), -u, -cross(way, u), way, -way])
+        return _supporting(around, corners), [(0, 1, i, (i + 1) % 4) for i in range(4)]
+    top = unit_or(np.array(nearest_doubles(faces.normals[0])), np.eye(3)[2])[0]
+    normals = [top, -top]
+    edges: list[tuple[int, int, int, int]] = []
+    for first, second in faces.incidence:
+        side = cross(corners[second] - corners[first], top)
+        heights = dot(corners - corners[first], side)
+        inward = bool(heights[np.argmax(np.abs(heights))] > 0)
+        start, end = (second, first) if inward else (first, second)
+        edges += [(start, end, 0, len(normals)), (end, start, 1, len(normals))]
+        normals.append(unit_or(-side if inward else side, top)[0])
+    return _supporting(np.stack(normals), corners), edges
+
+
+def _supporting(normals: Array, corners: Array) -> Array:
+    """Planes with these unit normals that touch the corners from outside."""
+    heights = dot(normals[:, None, :], corners[None, :, :])
+    return np.concatenate([normals, -np.max(heights, axis=1)[:, None]], axis=1)
+
+
+CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+CUBE_PLANES = np.concatenate([np.eye(3), -np.eye(3)])
+
+
+@lru_cache(maxsize=1)
+def _cube_edges() -> Indices:
+    """Edges of a box whose corners are numbered as `CUBE` and whose faces as `CUBE_PLANES`."""
+    signed = 2 * CUBE - 1
+    planes = [(int(x), int(y), int(z), -1) for x, y, z in CUBE_PLANES]
+    incidence = [[i for i, c in enumerate(signed) if int(c @ n) == 1] for n in CUBE_PLANES]
+    corners = [(int(x), int(y), int(z), 1) for x, y, z in signed]
+    return np.array(edges_of(Faces(corners, planes, incidence, 3, [], 0, [], [])), dtype=np.int64)
+
+
+def hull_of_box(lower: Array, upper: Array) -> Hull:
+    """Hull of the box from `lower` to `upper` (..., 3): always eight corners, also where it is flat."""
+    batch = lower.shape[:-1]
+    vertices = np.where(CUBE == 1, upper[..., None, :], lower[..., None, :])
+    offsets = np.concatenate([-upper, lower], axis=-1)
+    planes = np.concatenate([np.broadcast_to(CUBE_PLANES, (*batch, 6, 3)), offsets[..., None]], axis=-1)
+    none = np.int64(-1)
+    return Hull(
+        vertices,
+        planes,
+        np.broadcast_to(_cube_edges(), (*batch, 12, 4)),
+        np.broadcast_to(none, (*batch, 6)),
+        np.broadcast_to(none, (*batch, 8)),
+        np.broadcast_to(np.int64(3), batch) - np.sum(lower == upper, axis=-1),
+    )

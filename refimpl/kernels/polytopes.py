@@ -1,0 +1,127 @@
+"""Polytopes as flat rows of floats: their layout, their placing in space, their support vertices.
+
+A polytope's own geometry is a row::
+
+    [vertices, faces, edges, centre (3), vertices (3 each), faces (5 each), edges (7 each)]
+
+centre
+    Some point of the polytope.
+vertex
+    x, y, z.
+face
+    Outward unit normal, its offset (the support function along it), and a place for the index of a vertex of
+    *another* polytope that lies far against the normal: the separating axes leave it there.
+edge
+    Its two vertices, the two faces at it (−1 twice for a lone segment), and its unit direction.
+
+A pose is a row of 13 numbers: where the geometry's origin lies, its rotation matrix row by row, and a factor, a power
+of two, by which all lengths of the geometry are multiplied. A placed polytope has the same layout; all lengths are then
+relative to one point near both polytopes of a pair, so that nothing is lost far from the world's origin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+
+from . import kernel
+from .vectors import Vector
+
+N_VERTICES, N_FACES, N_EDGES, CENTRE, FIRST = 0, 1, 2, 3, 6
+FACE, EDGE = 5, 7
+OFFSET, SEEN = 3, 4
+LEFT, RIGHT, DIRECTION = 2, 3, 4
+FACTOR = 12
+"""Where a pose keeps its factor."""
+
+Row = Sequence[float]
+Scratch = MutableSequence[float]
+
+
+@kernel
+def first_face(body: Row) -> int:
+    """Where the faces of a polytope start."""
+    return FIRST + 3 * int(body[N_VERTICES])
+
+
+@kernel
+def first_edge(body: Row) -> int:
+    """Where the edges of a polytope start."""
+    return FIRST + 3 * int(body[N_VERTICES]) + FACE * int(body[N_FACES])
+
+
+@kernel
+def vertex(body: Row, i: int) -> Vector:
+    """Vertex number `i`."""
+    at = FIRST + 3 * i
+    return (body[at], body[at + 1], body[at + 2])
+
+
+@kernel
+def farthest(body: Row, n: Vector) -> int:
+    """Index of the first vertex that is farthest along `n`."""
+    x, y, z = n
+    best, at = 0, FIRST
+    most = body[at] * x + body[at + 1] * y + body[at + 2] * z
+    for i in range(1, int(body[N_VERTICES])):
+        at += 3
+        here = body[at] * x + body[at + 1] * y + body[at + 2] * z
+        if here > most:
+            best, most = i, here
+    return best
+
+
+@kernel
+def lowest(body: Row, n: Vector) -> int:
+    """Index of the first vertex that is farthest against `n`."""
+    return farthest(body, (-n[0], -n[1], -n[2]))
+
+
+@kernel
+def gap_along(a: Row, b: Row, n: Vector) -> float:
+    """Gap between two placed polytopes along the unit vector `n`, from the first to the second."""
+    p, q = vertex(a, farthest(a, n)), vertex(b, lowest(b, n))
+    return (q[0] - p[0]) * n[0] + (q[1] - p[1]) * n[1] + (q[2] - p[2]) * n[2]
+
+
+@kernel
+def reach(body: Row) -> float:
+    """Largest absolute coordinate of the vertices."""
+    most = 0.0
+    for at in range(FIRST, first_face(body)):
+        here = abs(body[at])
+        most = here if here > most else most
+    return most
+
+
+@kernel
+def _turned(geometry: Row, at: int, pose: Row, factor: float, shift: Vector, body: Scratch) -> None:
+    x, y, z = factor * geometry[at], factor * geometry[at + 1], factor * geometry[at + 2]
+    body[at] = shift[0] + (pose[3] * x + pose[4] * y + pose[5] * z)
+    body[at + 1] = shift[1] + (pose[6] * x + pose[7] * y + pose[8] * z)
+    body[at + 2] = shift[2] + (pose[9] * x + pose[10] * y + pose[11] * z)
+
+
+@kernel
+def place_vertices(geometry: Row, pose: Row, shift: Vector, body: Scratch) -> None:
+    """Write the turned vertices, and the turned centre, relative to the origin of the pose moved by −`shift`."""
+    for i in range(CENTRE):
+        body[i] = geometry[i]
+    for at in range(CENTRE, first_face(geometry), 3):
+        _turned(geometry, at, pose, pose[FACTOR], shift, body)
+
+
+@kernel
+def place_features(geometry: Row, pose: Row, shift: Vector, body: Scratch) -> None:
+    """Write the turned faces and edges of a polytope whose vertices are placed already."""
+    still, at = (0.0, 0.0, 0.0), first_face(geometry)
+    for _ in range(int(geometry[N_FACES])):
+        _turned(geometry, at, pose, 1.0, still, body)
+        moved = body[at] * shift[0] + body[at + 1] * shift[1] + body[at + 2] * shift[2]
+        body[at + OFFSET] = pose[FACTOR] * geometry[at + OFFSET] + moved
+        body[at + SEEN] = 0.0
+        at += FACE
+    for _ in range(int(geometry[N_EDGES])):
+        for i in range(at, at + DIRECTION):
+            body[i] = geometry[i]
+        _turned(geometry, at + DIRECTION, pose, 1.0, still, body)
+        at += EDGE

@@ -1,0 +1,139 @@
+"""Signed distance of two polytopes: nearest points, then separating axes where those leave doubt.
+
+Every unit direction bounds the signed distance from below, by the gap along it, and every pair of points from above.
+Where the two bounds of the nearest points agree up to rounding, nothing is left to do. Otherwise the polytopes touch,
+nearly so, or overlap: the direction is taken from their features, which are known to full precision, and the widest
+gap wins. The witness points are then those at which B, moved along the direction until it touches, meets A.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from . import kernel
+from .axes import crossed, some_axis, three, widest_axis
+from .polytopes import Row, Scratch, gap_along, place_features, place_vertices, reach, vertex
+from .polytopes_nearest import APART, ENTRY, MEETING, nearest, on_first, on_second
+from .vectors import Vector, dot, minus, opposite, plus, times, unit_or, without
+
+ROUNDING = 2.0**-51
+"""Two bounds this near to each other, relative to the coordinates, are equal up to rounding."""
+
+HERE = (0.0, 0.0, 0.0)
+Answer = tuple[float, Vector, Vector, Vector]
+"""Signed distance; normal; witness points on A and on B."""
+
+
+@kernel
+def _directions(a: Row, b: Row, s: Row, k: int, found: Scratch) -> int:
+    """Unit directions of the edges that the nearest simplex has in A and in B; gives how many."""
+    count = 0
+    for side in range(2):
+        body = a if side == 0 else b
+        for i in range(k):
+            for j in range(i):
+                p, q = int(s[ENTRY * i + side]), int(s[ENTRY * j + side])
+                if p != q:
+                    e = unit_or(minus(vertex(body, p), vertex(body, q)), HERE)
+                    found[count], found[count + 1], found[count + 2] = e
+                    count += 3
+    return count // 3
+
+
+@kernel
+def across_features(
+    a: Row, b: Row, s: Row, k: int, w: Vector, best: Vector, gap: float, enough: float, listed: Scratch
+) -> tuple[Vector, float]:
+    """Clean the direction between nearest points of rounding, by the edges that carry them.
+
+    It is at right angles to each edge that it truly joins. So it is tried as it is, across each one edge of the
+    simplex, and across each two; the widest gap wins.
+    """
+    count = _directions(a, b, s, k, listed)
+    for i in range(-1, count):
+        e = three(listed, 3 * i) if i >= 0 else HERE
+        for j in range(i, count if i >= 0 else 0):
+            if i == j or i < 0:
+                n = unit_or(without(unit_or(without(w, e), HERE), e), HERE)
+            else:
+                n = crossed(e, three(listed, 3 * j))
+                n = opposite(n) if dot(n, w) < 0.0 else n
+            if n != HERE:
+                here = gap_along(a, b, n)
+                if here > gap:
+                    best, gap = n, here
+                    if gap >= enough:
+                        return best, gap
+    return best, gap
+
+
+@kernel
+def touching_points(a: Row, b: Row, sigma: float, n: Vector, close: float, s: Scratch) -> tuple[Vector, Vector]:
+    """Witness points: where A and B meet once B is moved along the normal by minus the signed distance."""
+    shift = times(-sigma, n)
+    _, k, _, _ = nearest(a, b, shift, n, close, s)
+    return on_first(a, s, k), on_second(b, s, k)
+
+
+@kernel
+def separation(
+    geometry_a: Row, pose_a: Row, geometry_b: Row, pose_b: Row, a: Scratch, b: Scratch, s: Scratch, listed: Scratch
+) -> Answer:
+    """Signed distance, normal and witness points, relative to the origin of A's pose.
+
+    Parameters
+    ----------
+    geometry_a, pose_a, geometry_b, pose_b
+        Rows as `polytopes` describes them.
+    a, b
+        Room for the two placed polytopes.
+    s, listed
+        Room for a simplex, and for as many numbers as either has edges and 96 more.
+    """
+    offset = (pose_b[0] - pose_a[0], pose_b[1] - pose_a[1], pose_b[2] - pose_a[2])
+    place_vertices(geometry_a, pose_a, HERE, a)
+    place_vertices(geometry_b, pose_b, offset, b)
+    blur = ROUNDING * max(reach(a), reach(b))
+    start = minus(three(b, 3), three(a, 3))
+    status, k, w, upper = nearest(a, b, HERE, start, blur / 2, s)
+    if status == APART:
+        return upper, w, on_first(a, s, k), on_second(b, s, k)
+    best, gap = HERE, -math.inf
+    if status != MEETING:
+        best, gap = across_features(a, b, s, k, w, best, gap, upper - blur, listed)
+    if status == MEETING or gap < upper - blur:
+        place_features(geometry_a, pose_a, HERE, a)
+        place_features(geometry_b, pose_b, offset, b)
+        if gap == -math.inf:
+            best = some_axis(a, b)
+            gap = gap_along(a, b, best)
+        best, gap = widest_axis(a, b, best, gap, blur, listed, s)
+    x, y = touching_points(a, b, gap, best, blur / 2, s)
+    return gap, best, x, y
+
+
+@kernel
+def separations(
+    geometries_a: Sequence[Row],
+    which_a: Sequence[int],
+    poses_a: Sequence[Row],
+    geometries_b: Sequence[Row],
+    which_b: Sequence[int],
+    poses_b: Sequence[Row],
+    a: Scratch,
+    b: Scratch,
+    s: Scratch,
+    listed: Scratch,
+    answers: Sequence[Scratch],
+) -> None:
+    """Answer a batch: signed distance, normal and both witness points, in world coordinates, 10 numbers a row."""
+    for i in range(len(poses_a)):
+        pose, answer = poses_a[i], answers[i]
+        origin = (pose[0], pose[1], pose[2])
+        sigma, n, x, y = separation(
+            geometries_a[which_a[i]], pose, geometries_b[which_b[i]], poses_b[i], a, b, s, listed
+        )
+        x, y = plus(origin, x), plus(origin, y)
+        answer[0], answer[1], answer[2], answer[3] = sigma, n[0], n[1], n[2]
+        answer[4], answer[5], answer[6], answer[7], answer[8], answer[9] = x[0], x[1], x[2], y[0], y[1], y[2]
