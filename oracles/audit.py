@@ -8,8 +8,9 @@ from fractions import Fraction
 import numpy as np
 
 from oracles.answers import reference_answers
-from oracles.claims import REFERENCE_ERROR, Questioned
+from oracles.claims import Questioned
 from oracles.outcome import Kind, Severity, Verdict
+from oracles.reference import error_of
 from oracles.scene import DISTANCE, RAYCAST, Scene
 from refimpl import Proxy, Ray, distance, raycast
 from refimpl.proof import InvalidCertificate, certify, check
@@ -37,7 +38,7 @@ def audit(a: Proxy, b: Proxy) -> Verdict:
         fits = True
     else:
         value = float(distance(a, b).distance)
-        fits = allows(lower, upper, value, scene.size)
+        fits = allows(lower, upper, value, error_of(a, b) * max(scene.size, abs(value)))
     broken = "" if fits else OUTSIDE
     broken = broken or _broken_claim(scene)
     if not broken:
@@ -54,16 +55,16 @@ def _broken_claim(scene: Scene) -> str:
     rows = Questioned(scene.query, a, b, np.zeros(1), np.zeros(1), answers, np.ones(1, dtype=bool))
     for claim in rows.claims():
         below, above, error = claim.violations()
-        allowed = 4 * max(float(error[0]), REFERENCE_ERROR * scene.size)
+        allowed = 4 * max(float(error[0]), error_of(a, b) * scene.size)
         for excess, symptom in ((below, claim.below), (above, claim.above)):
             if excess[0] > allowed:
                 return symptom
     return ""
 
 
-def allows(lower: Bound, upper: Bound, value: float, size: float) -> bool:
-    """Whether `value` lies in the proven interval, but for the rounding that the reference is allowed."""
+def allows(lower: Bound, upper: Bound, value: float, error: float) -> bool:
+    """Whether `value` lies in the proven interval, but for the error that the reference is allowed."""
     if math.isinf(value):
         return value == lower == upper or (value < 0 and lower == value)
-    slack = Fraction(REFERENCE_ERROR * max(size, abs(value)))
+    slack = Fraction(error)
     return lower - slack <= Fraction(value) <= upper + slack

@@ -1,4 +1,4 @@
-"""A batch: scenes of one pair of types in all regimes, named so that they can be had again."""
+"""A batch: scenes of one pair of types and of one form, named so that they can be had again."""
 
 from __future__ import annotations
 
@@ -10,34 +10,70 @@ from numpy.typing import NDArray
 from oracles.draws import NumpyDraws
 from oracles.regimes import REGIMES
 from oracles.scene import Scene
+from refimpl.linear import Array
 from refimpl.shapes import Proxy
 
 PairKey = tuple[type[Proxy], type[Proxy]]
+WITH_SHARED_PARTS = ("Polyhedron", "Composite")
+"""Types whose proxies are batched as a regime makes them: rows of numbers would lose what they share."""
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Scenes of one pair of types in all regimes."""
+    """Scenes of one pair of types: of all regimes, where the types have one form, or of those with equal forms.
+
+    Attributes
+    ----------
+    groups : (n,) int
+        Number of each scene's regime.
+    numbers : (n,) int
+        Number of each scene within its shard.
+    """
 
     a: Proxy
     b: Proxy
     regimes: list[str]
     groups: NDArray[np.int_]
+    numbers: NDArray[np.int_]
     source: str
 
     @classmethod
-    def draw(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> Batch:
+    def draw(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> list[Batch]:
         """`each` scenes of every regime: a pure function of the seed, the shard and the number."""
-        rows_a, rows_b, names = [], [], []
-        for index, (name, make) in enumerate(REGIMES.items()):
+        made: dict[object, list[tuple[int, Proxy, Proxy]]] = {}
+        for index, make in enumerate(REGIMES.values()):
             a, b = make(NumpyDraws(seed, (*shard, index), each), *pair)
-            rows_a.append(a.pack())
-            rows_b.append(b.pack())
-            names += [name] * each
-        groups = np.repeat(np.arange(len(REGIMES)), each)
-        a, b = pair[0].unpack(np.concatenate(rows_a)), pair[1].unpack(np.concatenate(rows_b))
-        return cls(a, b, names, groups, f"bulk {seed}/{'/'.join(map(str, shard))}")
+            made.setdefault((_form(a, index), _form(b, index)), []).append((index, a, b))
+        source, names = f"bulk {seed}/{'/'.join(map(str, shard))}", list(REGIMES)
+        found = []
+        for parts in made.values():
+            groups = np.repeat([index for index, _, _ in parts], each)
+            numbers = groups * each + np.tile(np.arange(each), len(parts))
+            a, b = _joined([a for _, a, _ in parts]), _joined([b for _, _, b in parts])
+            found.append(cls(a, b, [names[i] for i in groups], groups, numbers, source))
+        return found
+
+    @property
+    def rows(self) -> tuple[Array, Array]:
+        """Numbers of both sides."""
+        return self.a.pack(), self.b.pack()
+
+    def __len__(self) -> int:
+        """Return the number of scenes."""
+        return len(self.groups)
 
     def scene(self, query: str, i: int) -> Scene:
         """One scene of the batch."""
-        return Scene(query, self.a[i], self.b[i], self.regimes[i], f"{self.source}[{i}]")
+        return Scene(query, self.a[i], self.b[i], self.regimes[i], f"{self.source}[{self.numbers[i]}]")
+
+
+def _form(shape: Proxy, index: int) -> tuple[int, ...]:
+    """What two proxies have in common that may be in one batch."""
+    return (-1, index) if type(shape).__name__ in WITH_SHARED_PARTS else shape.sizes
+
+
+def _joined(shapes: list[Proxy]) -> Proxy:
+    """Batches of one form as one batch."""
+    if len(shapes) == 1:
+        return shapes[0]
+    return type(shapes[0]).unpack(np.concatenate([shape.pack() for shape in shapes]))

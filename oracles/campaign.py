@@ -25,19 +25,23 @@ from oracles.answers import reference_answers, said, take
 from oracles.audit import audit
 from oracles.batch import Batch, PairKey
 from oracles.buckets import Buckets
+from oracles.claims import UNIONS
 from oracles.engine import Answers, Engine, EngineUnavailable, SupportKind
 from oracles.engines import load_engine, require_sound
 from oracles.hunt import hunt
 from oracles.judge import Judge
 from oracles.known import KnownFaults
+from oracles.library import Library, shipped, using
 from oracles.outcome import ANSWERED, Finding, Kind, Run, SupportNote, Verdict
 from oracles.regimes import REGIMES, reasons
 from oracles.scene import Cell, Scene, cells
 from oracles.words import decade_of
 from oracles.worker import EngineWorker
-from refimpl.pairs import TABLE
+from refimpl.pairs import ITERATIVE, TABLE
 
 FIRST_PASS, LARGEST_PASS = 6, 100
+SEARCHED = 3
+"""A pair that needs a search, or pieces, gets this many times fewer scenes than one that has a closed form."""
 GIVE_UP_AFTER = 1
 HUNT_SHARE = 0.35
 PATIENCE = 60.0
@@ -125,9 +129,10 @@ class Campaign:
                         break
                     pair = self.pairs[index]
                     shard = number, list(TABLE).index(pair)  # the same scenes whatever pairs are asked for
-                    waiting.append(self._ask(pair, shard, each, pools))
-                    if len(waiting) > LOOK_AHEAD:
-                        self._judge(*waiting.popleft())
+                    for batch in self._drawn(pair, shard, each):
+                        waiting.append((batch, self._ask(pair, batch, pools)))
+                        if len(waiting) > LOOK_AHEAD:
+                            self._judge(*waiting.popleft())
                 while waiting:
                     self._judge(*waiting.popleft())
             except BaseException:
@@ -138,31 +143,30 @@ class Campaign:
                     worker.interrupt()
                 raise
 
-    def _ask(
-        self,
-        pair: PairKey,
-        shard: tuple[int, int],
-        each: int,
-        pools: dict[str, ThreadPoolExecutor],
-    ) -> tuple[Batch, list[tuple[str, Cell, Future[Answers]]]]:
+    def _drawn(self, pair: PairKey, shard: tuple[int, int], each: int) -> list[Batch]:
+        """Scenes of a pair; fewer where each costs a search."""
+        searched = TABLE[pair].exactness == ITERATIVE or any(kind.__name__ in UNIONS for kind in pair)
         with self.timed("scenes"):
-            batch = Batch.draw(pair, self.run.seed, shard, each)
+            return Batch.draw(pair, self.run.seed, shard, max(1, each // SEARCHED) if searched else each)
+
+    def _ask(
+        self, pair: PairKey, batch: Batch, pools: dict[str, ThreadPoolExecutor]
+    ) -> list[tuple[str, Cell, Future[Answers]]]:
         jobs = []
         for cell in self.cells_of(pair):
             for name in self.engines:
                 if self.supported(name, cell):
                     jobs.append((name, cell, pools[name].submit(self._answers, name, cell, batch)))
                 else:
-                    for regime in REGIMES:
-                        self.run.counts[name, cell.query, cell.pair, regime, Kind.UNSUPPORTED] += each
-        return batch, jobs
+                    for regime in batch.regimes:
+                        self.run.counts[name, cell.query, cell.pair, regime, Kind.UNSUPPORTED] += 1
+        return jobs
 
     def _answers(self, name: str, cell: Cell, batch: Batch) -> Answers:
         with self.timed(f"engine {name}"):
-            rows = batch.a.pack(), batch.b.pack()
             worker = self.workers[name]
             return worker.answer(
-                cell.query, cell.type_a, cell.type_b, *rows, groups=batch.groups, give_up_after=GIVE_UP_AFTER
+                cell.query, cell.type_a, cell.type_b, *batch.rows, groups=batch.groups, give_up_after=GIVE_UP_AFTER
             )
 
     def _judge(self, batch: Batch, jobs: list[tuple[str, Cell, Future[Answers]]]) -> None:
@@ -322,6 +326,7 @@ def run_campaign(
     pairs: Sequence[str] | None = None,
     call_limit: float = 0.5,
     known: KnownFaults | None = None,
+    models: Library | None = None,
 ) -> Run:
     """Question engines for about `budget` seconds and answer with everything that was found.
 
@@ -337,6 +342,8 @@ def run_campaign(
         Names such as ``Sphere–Box``; all by default.
     call_limit
         Seconds an engine may take for one scene.
+    models
+        Where the regime `models` takes its geometry from; by default what PyBullet ships.
 
     Raises
     ------
@@ -360,6 +367,7 @@ def run_campaign(
     )
     run = Run(seed, budget, datetime.now(UTC).isoformat(timespec="seconds"), regimes=reasons())
     with ExitStack() as stack:
+        library = stack.enter_context(using(models or shipped()))
         workers = {e.name: stack.enter_context(EngineWorker(spec, call_limit)) for spec, e in loaded.items()}
         named = {engine.name: engine for engine in loaded.values()}
         campaign = Campaign(named, workers, run, wanted, listener, known or KnownFaults.shipped())
@@ -384,4 +392,5 @@ def run_campaign(
             place = f"{last.name}, line {last.lineno} of {Path(last.filename).name}"
             run.problems.append(f"the run ended early: {type(error).__name__}: {error} (in {place})")
         campaign.finish()
+        run.models = library.account()
     return run

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from oracles.answers import take
-from oracles.engine import Answers
+from oracles.engine import Answers, Convention
+from oracles.reference import error_of, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
-from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray, distance
+from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
 
 NOT_A_NUMBER = "not a number"
@@ -39,6 +40,8 @@ TILTED = "ray normal does not point outward"
 
 WRONG_BOOLEANS = (MISSED, FALSE, RAY_MISSED, RAY_FALSE)
 VALUE, WITNESS, BOOL = "value", "witness", "boolean"
+OTHER_DEPTHS = {Convention.DEPTH_OF_ITS_NORMAL, Convention.OF_ONE_TRIANGLE}
+"""Conventions by which the depth of a contact need not be that of the pair."""
 
 
 @dataclass(frozen=True)
@@ -74,16 +77,20 @@ class Claim:
     """Whether the engine declares that it does not make this claim: breaking it is a convention."""
 
     def violations(self) -> tuple[Array, Array, Array]:
-        """By how much σ lies below `low` and above `high`, by the reference in floats; and its possible error."""
-        sigma = np.where(self.made, distance(self.x, self.y).distance, 0.0)
+        """By how much σ lies below `low` and above `high`, by the reference in floats; and its possible error.
+
+        Where σ is only known to lie between two numbers, as for unions that overlap, the kinder one counts.
+        """
+        least, most = signed(self.x, self.y, self.made)
         size = np.maximum(
-            np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(sigma), np.abs(sigma), 0.0)
+            np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(most), np.abs(most), 0.0)
         )
         with np.errstate(invalid="ignore"):
-            sigma = sigma - self.margin
-            below = np.where(self.made & (sigma != self.low), self.low - sigma, -np.inf)
-            above = np.where(self.made & (sigma != self.high), sigma - self.high, -np.inf)
-        return np.minimum(below, self.cap), np.minimum(above, self.cap), REFERENCE_ERROR * size + self.rounding
+            least, most = least - self.margin, most - self.margin
+            below = np.where(self.made & (most != self.low), self.low - most, -np.inf)
+            above = np.where(self.made & (least != self.high), least - self.high, -np.inf)
+        error = error_of(self.x, self.y) * size + self.rounding
+        return np.minimum(below, self.cap), np.minimum(above, self.cap), error
 
 
 ROUNDING = 2.0**-50
@@ -95,8 +102,8 @@ UNIT_ERROR = 1e-6
 LARGEST = 1e150
 """No scene has such numbers; an engine that answers one, the largest double for instance, has not set it."""
 
-REFERENCE_ERROR = 1e-14
-"""Bound on the error of `refimpl.distance`, relative to the scene's size; held against 50 digits by the tests."""
+UNIONS = ("Polyhedron", "Composite")
+"""Types of which an overlap has a depth for each piece, and one of the whole that is known as an interval."""
 
 
 @dataclass(frozen=True)
@@ -110,8 +117,8 @@ class Questioned:
     margin_b: Array
     answers: Answers
     answered: Bools
-    value_is_minimal: bool = True
-    """Whether the engine's contact depth claims to be the least one."""
+    waived: frozenset[Convention] = frozenset()
+    """Conventions of the engine's that take back a claim."""
 
     def claims(self) -> Iterator[Claim]:
         """Every claim the answers make, the gravest first."""
@@ -131,9 +138,7 @@ class Questioned:
         """Pick rows."""
         margins = self.margin_a[rows], self.margin_b[rows]
         answers = take(self.answers, rows)
-        return Questioned(
-            self.query, self.a[rows], self.b[rows], *margins, answers, self.answered[rows], self.value_is_minimal
-        )
+        return Questioned(self.query, self.a[rows], self.b[rows], *margins, answers, self.answered[rows], self.waived)
 
     def unusable(self) -> Bools:
         """Rows in which the engine owes a number and gave none, or gave one that no scene can have."""
@@ -177,6 +182,11 @@ class Questioned:
         return Claim(x, y, *bounds, *words, kind, made, margin, most, slack, by_convention)
 
     @property
+    def of_union(self) -> bool:
+        """Whether one of the shapes is a union of convex pieces."""
+        return type(self.a).__name__ in UNIONS or type(self.b).__name__ in UNIONS
+
+    @property
     def _nothing(self) -> Array:
         return np.zeros(len(self.a))
 
@@ -194,9 +204,10 @@ class Questioned:
         said = ~np.isnan(value)
         if self.query == CONTACTS:
             said &= answers.hit == 1
-        waived = self.query == CONTACTS and not self.value_is_minimal
-        words = LONG, SHORT
-        yield self._claim(self.a, self.b, (value, value), words, VALUE, said, margin, by_convention=waived)
+        waived = self.query == CONTACTS and bool(self.waived & OTHER_DEPTHS)
+        some_depth = (value == -np.inf) & (Convention.NO_DEPTH in self.waived)
+        bounds, words = (value, np.where(some_depth, 0.0, value)), (LONG, SHORT)
+        yield self._claim(self.a, self.b, bounds, words, VALUE, said, margin, by_convention=waived)
         finite = said & np.isfinite(value)
         directed = finite & np.isfinite(answers.normal).all(axis=-1)
         yield from self._normal_claim(directed, margin)
@@ -206,14 +217,21 @@ class Questioned:
             yield from self._contact_point_claims(finite)
 
     def _normal_claim(self, made: Bools, margin: Array) -> Iterator[Claim]:
-        """Moving B back along the normal by the signed distance makes the two touch."""
+        """Moving B back along the normal by the signed distance makes the two touch.
+
+        Of unions that overlap, the depth is that of a piece, so that other pieces may still overlap.
+        """
         move = np.where(made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0)
         made = made & (np.abs(move).max(axis=-1) < 1e150)
         moved = self.b.translated(np.where(made[:, None], move, 0.0))
         zero = self._nothing
+        low = np.where(self.of_union & (self.answers.distance < 0), -np.inf, zero)
         rounding = ROUNDING * (np.maximum(moved.magnitude, self.b.magnitude) + np.abs(move).max(axis=-1))
+        rounding = np.where(made, rounding, 0.0)
+        waived = self.query == CONTACTS and Convention.OF_ONE_TRIANGLE in self.waived
+        words = STUCK, OVERSHOT
         yield self._claim(
-            self.a, moved, (zero, zero), (STUCK, OVERSHOT), VALUE, made, margin, rounding=np.where(made, rounding, 0.0)
+            self.a, moved, (low, zero), words, VALUE, made, margin, rounding=rounding, by_convention=waived
         )
 
     def _unit_claim(self, made: Bools) -> Claim:
@@ -283,6 +301,8 @@ class Questioned:
         yield self._claim(named_point, ball, (free, zero), ("", RAY_POINT), WITNESS, placed, zero, rounding=rounding)
         normal = answers.normal
         named = hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1) & (np.abs(normal).max(axis=-1) > 0)
+        if self.of_union:  # in front of a face there may be another part of the solid
+            named = np.zeros_like(named)
         outward = np.where(named[:, None], normal, np.array([0.0, 0.0, 1.0]))
         beyond: Proxy = HalfSpace(-outward, dot(outward, point))
         if isinstance(self.b, HalfSpace):  # two half-spaces overlap without end at the least tilt

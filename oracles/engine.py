@@ -67,7 +67,7 @@ class NoAnswer(RuntimeError):
 
 
 class UnsupportedCell(TypeError):
-    """A solver or script was asked for in a cell that the engine does not support."""
+    """A solver or script was asked for in a cell, or for a part of a composite, that the engine does not support."""
 
 
 class Status(IntEnum):
@@ -81,6 +81,8 @@ class Status(IntEnum):
     TIMED_OUT = 3
     SKIPPED = 4
     """Never asked: too many scenes of its group had timed out."""
+    UNSUPPORTED = 5
+    """The engine answers the cell, but cannot hold a shape of this scene: a part of a composite."""
 
 
 @dataclass(frozen=True)
@@ -211,6 +213,8 @@ class Convention(Enum):
     NO_HIT_FROM_INSIDE = "a ray that starts inside is not said to hit at once"
     TWO_SIDED_PLANE = "a ray from inside a half-space hits its plane"
     DEPTH_OF_ITS_NORMAL = "a depth is that of the reported normal, which need not be the least"
+    NO_DEPTH = "an overlap is told (as a distance of minus infinity), but not its depth"
+    OF_ONE_TRIANGLE = "a contact's depth and normal are those of one triangle, not of the solid"
 
 
 @dataclass(frozen=True)
@@ -220,6 +224,7 @@ class Effective:
     Attributes
     ----------
     kind : type of proxy
+        Need not be the scene's own: a mesh that is a surface is the union of its triangles.
     rows : (n, width)
     margin : (n,)
         At least 0. Signed distances of grown shapes are σ(A ⊕ r, B ⊕ s) = σ(A, B) − r − s.

@@ -26,7 +26,18 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from oracles.engine import WIDTH, Array, Engine, EngineUnavailable, Kind, Row, Solver, Status, faults
+from oracles.engine import (
+    WIDTH,
+    Array,
+    Engine,
+    EngineUnavailable,
+    Kind,
+    Row,
+    Solver,
+    Status,
+    UnsupportedCell,
+    faults,
+)
 from oracles.engines import load_engine
 
 CHUNK = 4096
@@ -121,6 +132,10 @@ def _answer(
             continue
         try:
             answer = solve(a, b)
+        except UnsupportedCell as error:
+            status[i] = Status.UNSUPPORTED
+            connection.send((i, said(error)))
+            continue
         except Exception as error:  # whatever an engine raises is its answer
             status[i] = Status.ERROR
             connection.send((i, said(error)))

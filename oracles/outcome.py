@@ -169,6 +169,8 @@ class Run:
     timing: dict[str, float] = field(default_factory=dict)
     """Seconds spent on scenes, each engine, reference, judge, proofs, shrinking."""
     interrupted: bool = False
+    models: list[str] = field(default_factory=list)
+    """Where the regime `models` took its geometry from, and then each file that could not be used, with the reason."""
     problems: list[str] = field(default_factory=list)
     """Sentences on whatever makes this run incomplete: supported cells with nothing compared, lost workers."""
 

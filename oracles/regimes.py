@@ -7,58 +7,22 @@ middle scale. Each regime works for every pair of types; its docstring says why 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from oracles.draws import Draws, log_uniform, quaternions
-from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, distance
-from refimpl.linear import Array, apply, dot, norm, quaternion_product, rotation_matrix, scale
+from oracles.bodies import IDENTITY, random_body, round_body
+from oracles.draws import Draws, log_uniform
+from refimpl import Capsule, HalfSpace, Proxy, Ray, distance
+from refimpl.linear import Array, Bools, dot, norm, quaternion_product, scale
 
-Z_AXIS = np.array([0.0, 0.0, 1.0])
-IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
-QUARTER_TURNS = np.array(
-    [
-        [0, 0, 0, 1],
-        [1, 0, 0, 1],
-        [0, 1, 0, 1],
-        [0, 0, 1, 1],
-        [1, 0, 0, 0],
-        [0, 1, 0, 0],
-        [0, 0, 1, 0],
-        [1, 1, 1, 1],
-    ],
-    dtype=np.float64,
-)
-ROUND_SIZES = (1.0, 0.5, 2.0, 1.5, 0.25)
-ROUND_PLACES = (0.0, 1.0, -1.0, 2.0, -2.0, 0.5, -0.5, 1.5, -1.5, 3.0, -3.0)
-
-
-@dataclass(frozen=True)
-class Body:
-    """A proxy in the making, of no type yet: place, half extents, rotation, and how far back a ray starts."""
-
-    place: Array
-    extents: Array
-    rotation: Array
-    back: Array
-    length: Array
-
-    def make(self, kind: type[Proxy]) -> Proxy:
-        """Build a proxy of this type with this body's place, size and pose; its axis is the body's z axis."""
-        axis = apply(rotation_matrix(self.rotation), np.broadcast_to(Z_AXIS, self.place.shape))
-        reach = scale(self.extents[:, 2], axis)
-        made: dict[type[Proxy], Callable[[], Proxy]] = {
-            Point: lambda: Point(self.place),
-            Ray: lambda: Ray(self.place - scale(self.back, reach), scale(self.length, reach)),
-            Sphere: lambda: Sphere(self.place, self.extents[:, 0]),
-            Capsule: lambda: Capsule(self.place - reach, self.place + reach, self.extents[:, 0]),
-            HalfSpace: lambda: HalfSpace(scale(self.length, axis), -self.length * dot(axis, self.place)),
-            AABB: lambda: AABB(self.place - self.extents, self.place + self.extents),
-            Box: lambda: Box(self.place, self.extents, self.rotation),
-        }
-        return made[kind]()
-
+FLAT_WHEN_THIN = ("KDOP", "ConvexPolyhedron")
+"""Types that may have no thickness at all, and do so in some slivers."""
+OF_ONE_MESH = "Polyhedron"
+"""The type whose batches share their geometry, so that sizes are common to a batch, too."""
+UNIONS = ("Polyhedron", "Composite")
+"""Types that are moved in several steps: past one piece, there may be the next."""
+STEPS = 4
 
 Pair = tuple[Proxy, Proxy]
 Regime = Callable[[Draws, type[Proxy], type[Proxy]], Pair]
@@ -76,28 +40,6 @@ def reasons() -> dict[str, str]:
     return {name: (function.__doc__ or "").strip().splitlines()[0] for name, function in REGIMES.items()}
 
 
-def random_body(draws: Draws, spread: float = 2.0) -> Body:
-    """Any place, size and pose at the middle scale."""
-    return Body(
-        place=draws.uniform(-spread, spread, 3),
-        extents=draws.uniform(0.2, 1.5, 3),
-        rotation=quaternions(draws),
-        back=draws.uniform(0.0, 6.0),
-        length=draws.uniform(0.25, 4.0),
-    )
-
-
-def round_body(draws: Draws) -> Body:
-    """Round numbers and quarter turns."""
-    return Body(
-        place=draws.choice(ROUND_PLACES, 3),
-        extents=draws.choice(ROUND_SIZES, 3),
-        rotation=QUARTER_TURNS[draws.choice(range(len(QUARTER_TURNS))).astype(int)],
-        back=draws.choice((0.0, 1.0, 2.0, 4.0, 6.0)),
-        length=draws.choice((1.0, 2.0, 0.5)),
-    )
-
-
 def _signed_gap(a: Proxy, b: Proxy) -> tuple[Array, Array]:
     """Signed distance and normal; a ray counts as a segment that reaches past the other."""
     if isinstance(a, Ray):
@@ -107,12 +49,22 @@ def _signed_gap(a: Proxy, b: Proxy) -> tuple[Array, Array]:
     return found.distance, found.normal
 
 
-def _at_gap(a: Proxy, b: Proxy, gap: Array) -> Pair:
-    """Move B along the normal until the signed distance is about `gap`; pairs without end stay."""
-    sigma, normal = _signed_gap(a, b)
-    finite = np.isfinite(sigma)
-    move = scale(np.where(finite, gap - np.where(finite, sigma, 0.0), 0.0), np.where(finite[:, None], normal, 0.0))
-    return a, b.translated(move)
+def _at_gap(a: Proxy, b: Proxy, gap: Array, which: Bools | None = None) -> Pair:
+    """Move B along the normal until the signed distance is about `gap`; pairs without end, or not `which`, stay."""
+    steps = STEPS if {type(a).__name__, type(b).__name__} & set(UNIONS) else 1
+    for _ in range(steps):
+        sigma, normal = _signed_gap(a, b)
+        moves = np.isfinite(sigma) if which is None else np.isfinite(sigma) & which
+        move = np.where(moves, gap - np.where(moves, sigma, 0.0), 0.0)
+        b = b.translated(scale(move, np.where(moves[:, None], normal, 0.0)))
+        if np.all(np.abs(move) <= 1e-12 * b.magnitude):
+            break
+    return a, b
+
+
+def _common(values: Array, *kinds: type[Proxy]) -> Array:
+    """Numbers drawn for each body of a batch, or the first one's for all, where they share a mesh."""
+    return np.broadcast_to(values[:1], values.shape) if any(k.__name__ == OF_ONE_MESH for k in kinds) else values
 
 
 def _facing(a: Proxy, b: Proxy) -> Pair:
@@ -188,9 +140,7 @@ def parallel_edges(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pa
     pair = replace(a, rotation=rotation).make(kind_a), replace(b, rotation=turned, place=near).make(kind_b)
     gap = draws.choice((0.0, 1.0, 1e-9, -1e-9, 1e-3, -1e-3)) * draws.uniform(0.1, 1.0)
     loose = draws.choice((0.0, 1.0)) == 1
-    a2, b2 = _facing(*pair)
-    moved = _at_gap(a2, b2, gap)[1]
-    return a2, type(b2).unpack(np.where(loose[:, None], b2.pack(), moved.pack()))
+    return _at_gap(*_facing(*pair), gap, ~loose)
 
 
 @regime
@@ -211,17 +161,27 @@ def sliver(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
     """Extents a thousand to a billion times smaller in some directions: needles, sheets, hairs."""
     a, b = random_body(draws), random_body(draws)
     thin_a, thin_b = (np.where(draws.choice((1.0, 0.0), 3) == 1, log_uniform(draws, -9, -3, 3), 1.0) for _ in range(2))
+    thin_a, thin_b = _flattened(draws, thin_a, kind_a), _flattened(draws, thin_b, kind_b)
     pair = (
         replace(a, extents=a.extents * thin_a).make(kind_a),
         replace(b, extents=b.extents * thin_b).make(kind_b),
     )
     near = draws.choice((0.0, 1.0)) == 1
-    moved = _at_gap(*pair, draws.uniform(-0.1, 0.1))[1]
-    return pair[0], type(moved).unpack(np.where(near[:, None], moved.pack(), pair[1].pack()))
+    return _at_gap(*pair, draws.uniform(-0.1, 0.1), near)
+
+
+def _flattened(draws: Draws, thin: Array, kind: type[Proxy]) -> Array:
+    """Make some bodies quite flat along one axis, where their type allows that."""
+    if kind.__name__ not in FLAT_WHEN_THIN:
+        return thin
+    flat = draws.choice((-1.0, -1.0, 0.0, 1.0, 2.0))
+    return np.where(np.arange(3) == flat[:, None], 0.0, thin)
 
 
 def _scaled_pair(draws: Draws, pair: Pair, low: float, high: float) -> Pair:
-    factor = log_uniform(draws, low, high)
+    factor = _common(log_uniform(draws, low, high), *map(type, pair))
+    if any(type(shape).__name__ == OF_ONE_MESH for shape in pair):
+        factor = factor[0]
     return pair[0].scaled(factor), pair[1].scaled(factor)
 
 
@@ -241,8 +201,8 @@ def tiny(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
 def size_ratio(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
     """One proxy 1e3 to 1e6 times larger than the other, near its surface: a coin on a planet."""
     a, b = random_body(draws), random_body(draws)
-    factor = log_uniform(draws, 3, 6) * 1.0
-    large_first = draws.choice((0.0, 1.0)) == 1
+    factor = _common(log_uniform(draws, 3, 6), kind_a, kind_b)
+    large_first = _common(draws.choice((0.0, 1.0)), kind_a, kind_b) == 1
     size_a, size_b = np.where(large_first, factor, 1.0), np.where(large_first, 1.0, factor)
     pair = (
         replace(a, extents=scale(size_a, a.extents)).make(kind_a),

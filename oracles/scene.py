@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
-import refimpl
 from refimpl.pairs import TABLE
 from refimpl.shapes import Proxy, Ray
 
 DISTANCE, CONTACTS, BOOLEAN, RAYCAST = "distance", "contacts", "boolean", "raycast"
 QUERIES = (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)
+
+MOST_NUMBERS = 1_000_000
+"""No shape of a scene from a stranger may be larger."""
 
 TYPES: dict[str, type[Proxy]] = {kind.__name__: kind for pair in TABLE for kind in pair}
 
@@ -104,11 +106,13 @@ def _shape_from_json(data: Any) -> Proxy:
     if kind is None:
         raise ValueError(f"not a scene: unknown type {data['type']!r}; known are {', '.join(TYPES)}")
     numbers = data["numbers"]
-    if not isinstance(numbers, list) or len(numbers) != kind.width():
+    if not isinstance(numbers, list) or len(numbers) > MOST_NUMBERS:
+        raise ValueError(f"not a scene: a {kind.__name__} is a list of at most {MOST_NUMBERS} numbers")
+    if not kind.header and len(numbers) != kind.width():
         raise ValueError(f"not a scene: a {kind.__name__} has {kind.width()} numbers")
     return kind.unpack(np.array([float(x) for x in numbers]))
 
 
 def readable(shape: Proxy) -> str:
     """Constructor call that rebuilds the proxy, in full precision."""
-    return refimpl.Proxy.__repr__(shape)
+    return repr(shape)

@@ -178,6 +178,8 @@ class EngineWorker:
 
 def _rows(kind: Kind, rows: ArrayLike, name: str) -> Array:
     array = np.ascontiguousarray(rows, dtype=np.float64)
+    if array.ndim == 2 and kind.header:  # rows that say their own size
+        return array
     if array.ndim != 2 or array.shape[1] != kind.width():
         raise ValueError(f"{name}: a {kind.__name__} is a row of {kind.width()} numbers, got {array.shape}")
     return array

@@ -8,20 +8,19 @@ solid of it is one convex piece, however many faces there are. Pieces that fit t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from refimpl.cells import Arrangement, Cell, Loop, Plane, Point, bounding_cell
-from refimpl.linear import Array, Bools
+from refimpl.cells import UNSURE, Arrangement, Cell, Facet, Loop, Plane, Point, bounding_cell
+from refimpl.linear import Array
 from refimpl.meshes import Triangles
 from refimpl.signs import Points
 
 CANDIDATES = 24  # cutting planes that are compared for a cell
-SAMPLE = 1000  # faces of a cell that are looked at for the comparison
+SAMPLE = 300  # faces of a cell that are looked at for the comparison
 LEVEL = 1e-12  # what is looked at for choosing only may be decided roughly
 
 
@@ -84,7 +83,10 @@ def convex_pieces(vertices: Array, triangles: Triangles) -> list[Piece]:
     space = Arrangement(reach)
     numbers = [space.point(*row) for row in grid.tolist()]
     faces = [_face(space, [numbers[i] for i in corners]) for corners in triangles.tolist()]
-    cells = _joined(space, _solid_cells(space, bounding_cell(space, reach), faces))
+    if _cutting_plane(space, faces) is None:
+        cells = [_convex_cell(faces)]
+    else:
+        cells = _joined(space, _solid_cells(space, bounding_cell(space, reach), faces))
     return [_piece(space, cell, points.grid_exponent) for cell in cells]
 
 
@@ -164,6 +166,24 @@ def _part(space: Arrangement, face: Face, plane: int, sides: list[int], keep: in
     return Face(face.plane, face.side, tuple(loop), tuple(lines))
 
 
+def _convex_cell(faces: list[Face]) -> Cell:
+    """The cell that a convex mesh bounds: its faces in one plane make one facet."""
+    edges: dict[tuple[int, int], set[tuple[int, int]]] = {}
+    for face in faces:
+        rim = edges.setdefault((face.plane, face.side), set())
+        for u, v in zip(face.loop, face.loop[1:] + face.loop[:1], strict=True):
+            rim.add((u, v)) if (v, u) not in rim else rim.remove((v, u))
+    around = Counter(u for rim in edges.values() for u, _ in rim)
+    facets = []
+    for (plane, side), rim in edges.items():
+        following = dict(rim)
+        loop = [next(iter(following))]
+        while (here := following[loop[-1]]) != loop[0]:
+            loop.append(here)
+        facets.append(Facet(plane, -side, tuple(corner for corner in loop if around[corner] > 2)))
+    return Cell(facets)
+
+
 def _behind_all(space: Arrangement, cell: Cell, faces: list[Face]) -> Cell:
     """What of a cell is behind all of its faces."""
     for plane, side in dict.fromkeys((face.plane, face.side) for face in faces):
@@ -179,55 +199,47 @@ def _behind_all(space: Arrangement, cell: Cell, faces: list[Face]) -> Cell:
 
 def _cutting_plane(space: Arrangement, faces: list[Face]) -> int | None:
     """Plane of a face that other faces lie in front of, chosen so that few such pairs are left; None without any."""
-    planes = list(dict.fromkeys((face.plane, face.side) for face in faces))
-    if len(planes) == 1:
-        return None
-    start = np.cumsum([0] + [len(face.loop) for face in faces[:-1]])
-    corners = [corner for face in faces for corner in face.loop]
-    near = np.array([space.near[corner] for corner in corners])
-    slopes = np.array([space.slopes[plane] for plane, _ in planes]) * np.array([[side] for _, side in planes])
-    chosen = np.arange(len(planes))
-    if len(planes) > SAMPLE:
-        chosen = chosen[np.linspace(0, len(planes) - 1, SAMPLE).astype(int)]
-    some = np.arange(len(faces))
     if len(faces) > SAMPLE:
-        some = some[np.linspace(0, len(faces) - 1, SAMPLE).astype(int)]
-    height = slopes[chosen, :3] @ near.T + slopes[chosen, 3:]
-    front = np.maximum.reduceat(height, start, axis=1)[:, some] > LEVEL
-    back = np.minimum.reduceat(height, start, axis=1)[:, some] < -LEVEL
+        some = [faces[i] for i in np.linspace(0, len(faces) - 1, SAMPLE).astype(int).tolist()]
+        plane = _best_plane(space, some)
+        if plane is not None:
+            return plane
+    elif (plane := _best_plane(space, faces)) is not None:
+        return plane
+    return _any_concave(space, faces)
+
+
+def _best_plane(space: Arrangement, faces: list[Face]) -> int | None:
+    """Of the planes of these faces, the one whose cut leaves the fewest pairs (plane, face in front of it)."""
+    start = np.cumsum([0] + [len(face.loop) for face in faces[:-1]])
+    near = np.array([space.near[corner] for face in faces for corner in face.loop])
+    slopes = np.array([space.slopes[face.plane] for face in faces]) * np.array([[face.side] for face in faces])
+    height = slopes[:, :3] @ near.T + slopes[:, 3:]
+    front = np.maximum.reduceat(height, start, axis=1) > LEVEL
     concave = np.flatnonzero(front.any(axis=1))
     if len(concave) == 0:
-        return _exactly_concave(space, planes, corners, slopes, near)
-    number = {plane: i for i, plane in enumerate(planes)}
-    own = np.array([number[faces[i].plane, faces[i].side] for i in some])
+        return None
     if len(concave) > CANDIDATES:
         concave = concave[np.linspace(0, len(concave) - 1, CANDIDATES).astype(int)]
-    best = concave[int(np.argmin(_left_over(front, back, concave, chosen, own)))]
-    return planes[chosen[best]][0]
+    back = np.minimum.reduceat(height[concave], start, axis=1) < -LEVEL
+    relation = front.astype(np.float32)
+    left = np.zeros(len(concave))
+    for part in (front[concave].astype(np.float32), back.astype(np.float32)):
+        left += np.sum((part @ relation) * part, axis=1)
+    return faces[concave[int(np.argmin(left))]].plane
 
 
-def _left_over(
-    front: Bools, back: Bools, candidates: NDArray[np.int64], chosen: NDArray[np.int64], own: NDArray[np.int64]
-) -> Array:
-    """How many pairs (plane, face in front of it) a cut leaves, for each candidate; `own` is each face's plane."""
-    row = np.full(max(int(chosen.max()), int(own.max())) + 1, -1)
-    row[chosen] = np.arange(len(chosen))
-    known = row[own] >= 0
-    relation = (front[row[own[known]]]).astype(np.float32)
-    total = np.zeros(len(candidates))
-    for part in (front[candidates], back[candidates]):
-        weight = part.astype(np.float32)
-        total += np.sum((weight[:, known] @ relation) * weight, axis=1)
-    return total
-
-
-def _exactly_concave(
-    space: Arrangement, planes: list[tuple[int, int]], corners: Sequence[int], slopes: Array, near: Array
-) -> int | None:
-    """A plane with some corner in front, decided exactly."""
+def _any_concave(space: Arrangement, faces: list[Face]) -> int | None:
+    """Plane of a face that some corner lies in front of; decided exactly."""
+    planes = list(dict.fromkeys((face.plane, face.side) for face in faces))
+    corners = list(dict.fromkeys(corner for face in faces for corner in face.loop))
+    near = np.array([space.near[corner] for corner in corners])
+    slopes = np.array([space.slopes[plane] for plane, _ in planes]) * np.array([[side] for _, side in planes])
     for first in range(0, len(planes), 256):
         height = slopes[first : first + 256, :3] @ near.T + slopes[first : first + 256, 3:]
-        for i, j in np.argwhere(height > -2e-14).tolist():
+        if np.any(height > LEVEL):
+            return planes[first + int(np.argmax(np.max(height, axis=1)))][0]
+        for i, j in np.argwhere(height > -2 * UNSURE).tolist():
             plane, side = planes[first + i]
             if space.side(corners[j], plane) == side:
                 return plane

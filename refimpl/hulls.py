@@ -90,6 +90,8 @@ def hull_of_planes(planes: Array) -> Hull:
     ShapeError
         Where the set is empty or unbounded: which of the two, and where in the batch.
     """
+    if _is_shared(planes):
+        return hull_of_planes(planes[(0,) * (planes.ndim - 2)]).broadcast_to(planes.shape[:-2])
     own = power_of_two(largest(planes[..., :3]))
     level = np.concatenate([shifted(planes[..., :3], -own, 1), np.ldexp(planes[..., 3], -own)[..., None]], axis=-1)
     size = power_of_two(np.max(np.abs(level[..., 3]), axis=-1, initial=0.0))
@@ -99,16 +101,23 @@ def hull_of_planes(planes: Array) -> Hull:
 
 def hull_of_vertices(vertices: Array) -> Hull:
     """Hull of points (..., m, 3), of which any may be equal, collinear or coplanar."""
+    if _is_shared(vertices):
+        return hull_of_vertices(vertices[(0,) * (vertices.ndim - 2)]).broadcast_to(vertices.shape[:-2])
     size = power_of_two(np.max(np.abs(vertices), axis=(-2, -1), initial=0.0))
     return _of_batch(shifted(vertices, -size, 2), size, _solid_of_vertices)
+
+
+def _is_shared(numbers: Array) -> bool:
+    """Whether a batch repeats one geometry without copying it."""
+    batch = numbers.shape[:-2]
+    return (
+        bool(batch) and numbers.size > 0 and not any(s for s, n in zip(numbers.strides, batch, strict=False) if n > 1)
+    )
 
 
 def _of_batch(numbers: Array, exponent: Any, single: Callable[[bytes, int], Hull]) -> Hull:
     """Hulls of each geometry of a batch, found once where geometries repeat, scaled back by 2^exponent."""
     batch = numbers.shape[:-2]
-    if batch and numbers.size and not any(step for step, n in zip(numbers.strides, batch, strict=False) if n > 1):
-        first = (0,) * len(batch)
-        return _of_batch(numbers[first], exponent[first], single).broadcast_to(batch)
     found: list[Hull] = []
     for where in np.ndindex(*batch):
         try:

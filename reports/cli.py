@@ -1,4 +1,4 @@
-"""The command line: ``proxyproof run`` and ``proxyproof table``.
+"""The command line: ``proxyproof run``, ``proxyproof table`` and ``proxyproof models``.
 
 Exit status: 0 finished, 1 incomplete, 2 bad input (one line on standard error), 3 the reference was proven wrong,
 130 interrupted. Commands import what they need when they run, so that help and the table need no engine.
@@ -23,6 +23,7 @@ from reports import text
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from oracles.library import Library
     from oracles.outcome import Run
 
 FINISHED, INCOMPLETE, BAD_INPUT, REFERENCE_WRONG, INTERRUPTED = 0, 1, 2, 3, 130
@@ -131,6 +132,21 @@ def _folder(said: str) -> Path:
     return Path(said)
 
 
+def _library(folder: str | None) -> Library:
+    """Models of a user's folder, all of them read, or those that are there without one."""
+    from oracles import library  # noqa: PLC0415
+    from oracles.meshfiles import ModelError  # noqa: PLC0415
+
+    if folder is None:
+        return library.shipped()
+    if not folder.strip() or "\0" in folder:
+        raise BadInput(f"models come from a folder, got {folder!r}")
+    try:
+        return library.of_user(Path(folder))
+    except ModelError as error:
+        raise BadInput(str(error)) from None
+
+
 @app.command()
 def run(
     engine: Annotated[
@@ -156,6 +172,10 @@ def run(
             help="Processor time an engine has for one answer (waiting: five times that).",
         ),
     ] = 0.5,
+    models: Annotated[
+        str | None,
+        typer.Option(metavar="DIR", help="Folder of meshes (OBJ, STL) and URDFs for scenes. Default: PyBullet's."),
+    ] = None,
     out: Annotated[Path, typer.Option(parser=_folder, metavar="DIR", help="Folder for the report.")] = Path(
         "discrepancy-report"
     ),
@@ -166,6 +186,7 @@ def run(
     """
     pairs = _pairs(pair) if pair else None
     engines = _engines(engine)
+    library = _library(models)
 
     from oracles.campaign import run_campaign  # noqa: PLC0415
     from oracles.engine import EngineUnavailable  # noqa: PLC0415
@@ -177,7 +198,13 @@ def run(
         folder.prepare(out)
         with terminal.progress(progress, budget) as listener:
             found = run_campaign(
-                engines, budget=budget, seed=seed, listener=listener, pairs=pairs, call_limit=call_limit
+                engines,
+                budget=budget,
+                seed=seed,
+                listener=listener,
+                pairs=pairs,
+                call_limit=call_limit,
+                models=library,
             )
         with _undisturbed():
             folder.write(found, out)
@@ -206,6 +233,20 @@ def table(
     from reports import vs  # noqa: PLC0415
 
     print(vs.as_markdown() if markdown else vs.as_text(), end="")
+    return FINISHED
+
+
+@app.command()
+def models(
+    folder: Annotated[
+        str | None, typer.Argument(metavar="[DIR]", help="Folder of meshes and URDFs. Default: PyBullet's.")
+    ] = None,
+) -> int:
+    """List the models that scenes can be made of: what each is usable as, and what keeps it from the rest."""
+    from reports import models as listed  # noqa: PLC0415
+
+    for line in listed.lines(_library(folder)):
+        print(line)
     return FINISHED
 
 

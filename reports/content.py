@@ -12,6 +12,9 @@ from reports.tables import Table
 
 TITLE = "proxyproof: discrepancy report"
 
+MOST_MODEL_LINES = 12
+"""Lines on models that a report shows."""
+
 WORDS = (
     ("signed distance σ", "the gap when positive, 0 when touching, minus the penetration depth when negative"),
     ("normal", "unit vector from A to B: translating B along it separates"),
@@ -83,6 +86,13 @@ def _support(run: Run, cell: tables.CellKey) -> str:
     return text.visible(f"{note.kind}: {note.reason}") if note and note.reason else ""
 
 
+def _models(run: Run) -> str:
+    """Where real geometry came from, and the first files that could not be used."""
+    said = [text.visible(line) for line in run.models[:MOST_MODEL_LINES]]
+    more = len(run.models) - len(said)
+    return "; ".join([*said, f"and {text.count(more)} more: run.json has them all"] if more > 0 else said) or "none"
+
+
 def what_ran(run: Run) -> list[tuple[str, str]]:
     """Seed, budget, versions and counts, as labels and texts."""
     verdicts, audited = tables.grouped(run).get((), Counter()), tables.audit(run)
@@ -95,6 +105,7 @@ def what_ran(run: Run) -> list[tuple[str, str]]:
     return [
         ("engines", ", ".join(map(text.visible, tables.engines(run)))),
         ("versions", versions),
+        ("models", _models(run)),
         ("started", text.visible(run.started)),
         ("time", f"{text.seconds(run.seconds)} of a budget of {text.seconds(run.budget)}"),
         ("seed", str(run.seed)),

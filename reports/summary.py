@@ -7,7 +7,7 @@ The format, `proxyproof-run-1`, is one JSON object:
 - ``counts``: objects with ``engine, query, pair, regime, verdict, count``
 - ``support``: objects with ``engine, query, pair, kind, reason``, kind being native, emulated or unsupported
 - ``problems``: sentences; ``timing``: seconds by what they were spent on;
-  ``hunters``: scenes by hunter
+  ``hunters``: scenes by hunter; ``models``: what the regime `models` was made of, and each file that it could not use
 - ``buckets``, worst first: objects with ``number, key, engine, query, pair, symptom, decade, kind, severity, amount,
   worst, lower, upper, claim, count, proven, regimes, known, scene, proof_scene, answer, reference, text, certificate,
   repro``; ``repro`` is the script's path within the folder, a scene is ``query, a, b, regime, source, id`` with each
@@ -47,7 +47,10 @@ def run_data(run: Run) -> dict[str, Any]:
     data = {
         "format": FORMAT,
         **{name: getattr(run, name) for name in ("seed", "budget", "seconds", "started", "interrupted")},
-        **{name: getattr(run, name) for name in ("engines", "versions", "regimes", "problems", "timing", "hunters")},
+        **{
+            name: getattr(run, name)
+            for name in ("engines", "versions", "regimes", "problems", "timing", "hunters", "models")
+        },
         "counts": counts,
         "support": support,
     }

@@ -1,18 +1,30 @@
-"""The pair table as the lecture's triangular "VS" matrix, with a legend; for `proxyproof table` and the README."""
+"""The pair table as the lecture's triangular "VS" matrix, with a legend; for `proxyproof table` and the README.
+
+The measured numbers beside it (worst error, times, rates) are those that ``python -m tests.accuracy --write`` and
+``python -m tests.benchmarks --write`` left in `measured.json`.
+"""
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import refimpl
-from refimpl.pairs import CLOSED, PROBES, SOLIDS
+from refimpl.pairs import CLOSED, FINITE, ITERATIVE, PROBES, SOLIDS
+
+MEASURED = Path(__file__).parent / "measured.json"
 
 EARLY = "+"
 """Marks pairs whose `intersect` has a cheaper test of its own."""
 
+LETTERS = {CLOSED: "c", FINITE: "f", ITERATIVE: "i"}
+
 EXPLANATION = (
     ("c", "closed form"),
     ("f", "finite: a bounded number of features or axes"),
+    ("i", "iterative: a search that ends when its proven gap has closed to rounding"),
     (EARLY, "intersect has a cheaper test of its own"),
 )
 
@@ -41,9 +53,8 @@ def matrix() -> Matrix:
     table = refimpl.table()
     pairs: dict[tuple[str, str], list[str]] = {}
     for (a, b), rule in table.items():
-        letter = "c" if rule.exactness == CLOSED else "f"
-        pairs.setdefault((letter, rule.algorithm), []).append(f"{a.__name__}–{b.__name__}")
-    numbers = {"c": 0, "f": 0}
+        pairs.setdefault((LETTERS[rule.exactness], rule.algorithm), []).append(f"{a.__name__}–{b.__name__}")
+    numbers = dict.fromkeys(LETTERS.values(), 0)
     marks: dict[tuple[str, str], str] = {}
     for letter, algorithm in sorted(pairs, key=lambda key: key[0]):
         numbers[letter] += 1
@@ -53,8 +64,7 @@ def matrix() -> Matrix:
         rule = table.get((a, b))
         if rule is None:
             return ""
-        letter = "c" if rule.exactness == CLOSED else "f"
-        return marks[letter, rule.algorithm] + (EARLY if rule.meets is not None else "")
+        return marks[LETTERS[rule.exactness], rule.algorithm] + (EARLY if rule.meets is not None else "")
 
     kinds = (*PROBES, *SOLIDS)
     return Matrix(
@@ -81,10 +91,49 @@ def as_text() -> str:
 
 
 def as_markdown() -> str:
-    """Return the matrix and its legend in GitHub-flavoured Markdown."""
+    """Return the matrix, its legend and the measured numbers in GitHub-flavoured Markdown."""
     vs = matrix()
     lines = [f"| VS | {' | '.join(vs.columns)} |", f"| --- |{' --- |' * len(vs.columns)}"]
     lines += [f"| **{name}** | {' | '.join(row)} |" for name, row in zip(vs.rows, vs.cells, strict=True)]
-    legend = [f"- **{a.mark}** {a.name}: {', '.join(a.pairs)}" for a in vs.algorithms]
     words = "; ".join(f"**{mark}** {meaning}" for mark, meaning in EXPLANATION)
-    return "\n".join([*lines, "", f"{words}.", "", *legend]) + "\n"
+    return "\n".join([*lines, "", f"{words}.", "", *_details()]) + "\n"
+
+
+def _details() -> list[str]:
+    """One line for each pair: algorithm, worst error seen, and times; folded away."""
+    vs, measured = matrix(), _measured()
+    by_pair = {pair: algorithm for algorithm in vs.algorithms for pair in algorithm.pairs}
+    lines = [
+        f"<details><summary>All {len(by_pair)} pairs: algorithm, worst error seen, time</summary>",
+        "",
+        "Error relative to the scene's size, against 50 digits; median time of one pair alone, and of one in batches",
+        "of 10 000; how many times the rate of python-fcl and PyBullet the latter is.",
+        "",
+        "| pair | | algorithm | worst error | alone | in a batch | × FCL | × Bullet |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for a, b in refimpl.table():
+        pair = f"{a.__name__}–{b.__name__}"
+        algorithm, seen = by_pair[pair], measured.get(pair, {})
+        columns = [
+            _number(seen.get("error"), "{:.0e}"),
+            _number(seen.get("alone_us"), "{:.0f} µs"),
+            _number(seen.get("batch_us"), "{:.2g} µs"),
+            _number(seen.get("fcl"), "{:.1f}"),
+            _number(seen.get("bullet"), "{:.1f}"),
+        ]
+        lines.append(f"| {pair} | {algorithm.mark} | {algorithm.name} | {' | '.join(columns)} |")
+    return [*lines, "", "</details>"]
+
+
+def _number(value: float | None, form: str) -> str:
+    return "–" if value is None else form.format(value)
+
+
+@cache
+def _measured() -> dict[str, dict[str, float | None]]:
+    """Numbers by pair; none where nothing was measured."""
+    if not MEASURED.exists():
+        return {}
+    pairs: dict[str, dict[str, float | None]] = json.loads(MEASURED.read_text("utf-8"))["pairs"]
+    return pairs

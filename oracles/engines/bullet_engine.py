@@ -1,9 +1,16 @@
 """Bullet, by way of PyBullet. Facts below were measured on PyBullet 3.2.7, whose arithmetic is double precision.
 
-Box and AABB have a margin of 0.001: the set that closest points, contacts and rays use is the box shrunk by the
-margin and grown again by a ball of that radius, so its edges are round. In two cases the sharp box is used:
-contacts of two boxes (separating axes), and everything against a plane. A half extent below the margin turns
-the shrunk box inside out, and answers are off by about the margin. Spheres and capsules are exact.
+Box, AABB and Cylinder have a margin of 0.001: the set that closest points, contacts and rays use is the shape shrunk
+by the margin and grown again by a ball of that radius, so its edges are round. In two cases the sharp box is used:
+contacts of two boxes (separating axes), and boxes against a plane. A half extent below the margin turns the shrunk
+shape inside out, and answers are off by about the margin. Spheres and capsules are exact.
+
+A hull is grown by the margin, and its vertices are moved: `btConvexHullComputer` keeps them on a grid of 10216 steps
+along each side of their bounding box. What it makes of them is reproduced to the last bits in `bullet_shapes.on_grid`
+and declared as the shape that Bullet effectively uses.
+
+A concave mesh is a surface that cannot move: a shape wholly inside is at a distance from it. Its triangles are grown
+by the margin, but not against spheres. There is no algorithm for two meshes, or a mesh and a plane.
 """
 
 from __future__ import annotations
@@ -28,9 +35,23 @@ from oracles.engine import (
     emulated,
     unsupported,
 )
-from oracles.engines.bullet_world import FAR, MARGIN, PLACE, Placed, World, import_bullet, ray_at, ray_end
+from oracles.engines import geometry
+from oracles.engines.bullet_scripts import script
+from oracles.engines.bullet_shapes import MARGIN, NO_ELLIPSOID, on_grid, place
+from oracles.engines.bullet_world import World, import_bullet
+from oracles.engines.geometry import Composite, Polyhedron
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
-from refimpl.shapes import AABB, Box, HalfSpace, Point
+from refimpl.shapes import (
+    AABB,
+    KDOP,
+    Box,
+    ConvexPolyhedron,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Point,
+    Sphere,
+)
 
 THINNEST = {DISTANCE: 1e-300, BOOLEAN: 1e-300, RAYCAST: 1e-300, CONTACTS: 1e-8}
 """Radius in place of 0, which PyBullet refuses, relative to coordinates above 1; it is taken off the answer again.
@@ -38,6 +59,7 @@ Bullet drops a contact whose two points slide apart by 2 % of the smaller shape'
 alone would do that. On a thicker one the contact is turned a little, which is not taken off."""
 
 BOXES = (AABB, Box)
+SURFACES = (HalfSpace, Polyhedron)
 SAYS = {
     DISTANCE: frozenset({"distance", "on_a", "on_b", "normal"}),
     CONTACTS: frozenset({"hit", "distance", "on_a", "on_b", "normal"}),
@@ -52,6 +74,15 @@ EDGES = Tolerance.uniform(1e-12, 8e-5, "the separating-axis test adds 1e-5 to th
 # btGjkConvexCast advances a ray until it is within 0.001 of the shape and calls that the hit.
 CAST = Tolerance.uniform(MARGIN, 1e-12, "a ray hits a convex shape once it is within 0.001 of it")
 PLANE_CAST = Tolerance.uniform(0.0, 1e-12, "closed form in double precision")
+# Both shapes may have the margin, and both the grid, whose step is 1e-4 of a hull's extent, twice its largest number.
+PARTS = Tolerance.uniform(2.2e-3, 4e-4, "each part has its own margin of up to 0.001, and hulls a grid of 1/10216")
+
+EMULATED = {
+    Point: "a Point is a sphere of radius {:g}, which is taken off the answer",
+    AABB: "an AABB is a box without rotation",
+    KDOP: "a KDOP is the hull of its corners",
+    Composite: "a Composite is a compound of its boxes and round parts, with its hulls beside it; the nearest counts",
+}
 
 
 class BulletEngine(Engine):
@@ -73,11 +104,11 @@ class BulletEngine(Engine):
     def _support(self, query: str, A: Kind, B: Kind) -> Support:
         if A is B is HalfSpace:
             return unsupported("Bullet has no algorithm for two planes and never reports anything")
-        notes = []
-        if Point in (A, B):
-            notes.append(f"a Point is a sphere of radius {THINNEST[query]:g}, which is taken off the answer")
-        if AABB in (A, B):
-            notes.append("an AABB is a box without rotation")
+        if A in SURFACES and B in SURFACES:
+            return unsupported("Bullet has no algorithm for two concave meshes, nor for one and a plane")
+        if Ellipsoid in (A, B):
+            return unsupported(NO_ELLIPSOID)
+        notes = [text.format(THINNEST[query]) for kind, text in EMULATED.items() if kind in (A, B)]
         return emulated("; ".join(notes)) if notes else NATIVE
 
     def says(self, query: str, A: Kind, B: Kind) -> frozenset[str]:
@@ -86,22 +117,27 @@ class BulletEngine(Engine):
         return SAYS[query]
 
     def tolerance(self, query: str, A: Kind, B: Kind) -> Tolerance:
-        """Give rounding, except for rays on convex shapes and contacts of boxes."""
+        """Give rounding, except for rays on convex shapes, contacts of boxes, and composites."""
+        if Composite in (A, B):
+            return PARTS
         if query == RAYCAST:
-            return PLANE_CAST if B is HalfSpace else CAST
+            return PLANE_CAST if B in SURFACES else CAST
         return EDGES if _by_axes(query, A, B) else EXACT
 
     def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> tuple[Effective, Effective]:
-        """Round the edges of boxes where Bullet does."""
+        """Round the edges of boxes and cylinders, grow hulls and triangles, and take meshes for surfaces."""
         sharp = HalfSpace in (A, B) or _by_axes(query, A, B)
-        return _effective(A, rows_a, sharp), _effective(B, rows_b, sharp)
+        bare = query == RAYCAST or A in (Point, Sphere) or B in (Point, Sphere)
+        return _effective(A, rows_a, sharp, bare), _effective(B, rows_b, sharp, bare)
 
     def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
         """Rays from inside, and the axes that contacts of boxes prefer."""
         if query == RAYCAST and B is HalfSpace:
             return {Convention.TWO_SIDED_PLANE: "for rays, Bullet's plane is a surface hit from both sides"}
+        if query == RAYCAST and B is Polyhedron:
+            return {Convention.TWO_SIDED_PLANE: "for rays, a mesh is a surface hit from both sides"}
         if query == RAYCAST:
-            text = "from inside, a box is not hit, and a sphere or capsule only by a ray towards its core"
+            text = "from inside, a box or hull is not hit, and a round shape only by a ray towards its core"
             return {Convention.NO_HIT_FROM_INSIDE: text}
         if _by_axes(query, A, B):
             text = "edge-edge axes count only when they beat the face axes by 5 %"
@@ -112,26 +148,20 @@ class BulletEngine(Engine):
         """Answer one scene in 15 µs (closest points, overlap), 120 µs (rays) or 220 µs (contacts)."""
         self.require(query, A, B)
         self._world = self._world or World()
-        world, thinnest, place_b = self._world, THINNEST[query], PLACE[B]
+        world, thinnest = self._world, THINNEST[query]
         if query == RAYCAST:
-            return lambda ray, b: world.cast(ray, place_b(b, thinnest))
-        place_a = PLACE[A]
-        closest = world.closest_to_plane if A is HalfSpace else world.closest
-        ask = {DISTANCE: closest, CONTACTS: world.contacts, BOOLEAN: world.overlap}[query]
-        return lambda a, b: ask(place_a(a, thinnest), place_b(b, thinnest))
+            return lambda ray, b: world.cast(ray, place(B, b, thinnest))
+        ask = {DISTANCE: world.closest, CONTACTS: world.contacts, BOOLEAN: world.overlap}[query]
+        return lambda a, b: ask(place(A, a, thinnest), place(B, b, thinnest))
 
     def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
         """Write the script of one scene; needs pybullet only."""
         self.require(query, A, B)
-        thinnest = THINNEST[query]
-        b = PLACE[B](row_b, thinnest)
+        thinnest, names = THINNEST[query], (A.__name__, B.__name__)
+        b = place(B, row_b, thinnest)
         if query == RAYCAST:
-            body = _cast_script(row_a, b)
-        elif query == CONTACTS:
-            body = _contacts_script(PLACE[A](row_a, thinnest), b)
-        else:
-            body = _closest_script(query, PLACE[A](row_a, thinnest), b)
-        return SCRIPT.format(query=query, A=A.__name__, B=B.__name__, body=body)
+            return script(query, names, row_a, [], b)
+        return script(query, names, [], place(A, row_a, thinnest), b)
 
 
 def _by_axes(query: str, A: Kind, B: Kind) -> bool:
@@ -139,14 +169,27 @@ def _by_axes(query: str, A: Kind, B: Kind) -> bool:
     return query == CONTACTS and A in BOXES and B in BOXES
 
 
-def _effective(kind: Kind, rows: Array, sharp: bool) -> Effective:
-    """Shapes of one side: boxes shrunk by their margin and grown again, unless they are `sharp`."""
-    if kind not in BOXES or sharp:
-        return Effective.exactly(kind, rows)
-    return Effective(kind, _shrunk(kind, rows), np.full(len(rows), MARGIN))
+# -- effective shapes ----------------------------------------------------------------------------------------
+
+LEAST = 1e-6
+"""Part of itself that a cylinder keeps when the margin takes more: it has no size 0."""
 
 
-def _shrunk(kind: Kind, rows: Array) -> Array:
+def _effective(kind: Kind, rows: Array, sharp: bool, bare: bool) -> Effective:
+    """Shapes of one side: boxes keep their edges where they are `sharp`, triangles have no margin where `bare`."""
+    grown = np.full(len(rows), MARGIN)
+    if kind in BOXES and not sharp:
+        return Effective(kind, _shrunk_boxes(kind, rows), grown)
+    if kind is Cylinder:
+        return Effective(kind, _shrunk_cylinders(rows), grown)
+    if kind in (KDOP, ConvexPolyhedron):
+        return Effective(ConvexPolyhedron, _hulls(kind, rows), grown)
+    if kind is Polyhedron:
+        return Effective(Composite, geometry.surface(rows).pack(), 0.0 * grown if bare else grown)
+    return Effective.exactly(kind, rows)
+
+
+def _shrunk_boxes(kind: Kind, rows: Array) -> Array:
     """Boxes that are smaller by the margin on every side, down to nothing."""
     shrunk = rows.copy()
     if kind is Box:
@@ -158,81 +201,19 @@ def _shrunk(kind: Kind, rows: Array) -> Array:
     return shrunk
 
 
-SCRIPT = '''"""Bullet: {query} of {A} (a) and {B} (b)."""
-
-from importlib.metadata import version
-
-import pybullet
-
-print("pybullet", version("pybullet"))
-pybullet.connect(pybullet.DIRECT)
-{body}'''
+def _shrunk_cylinders(rows: Array) -> Array:
+    """Cylinders that are smaller by the margin on every side, down to almost nothing."""
+    p, q, radius = rows[:, :3], rows[:, 3:6], rows[:, 6]
+    length = np.maximum(np.linalg.norm(q - p, axis=1), np.finfo(float).tiny)
+    step = (q - p) * np.minimum(MARGIN / length, (1 - LEAST) / 2)[:, None]
+    return np.column_stack([p + step, q - step, np.maximum(radius - MARGIN, LEAST * radius)])
 
 
-def _shape_script(name: str, placed: Placed) -> str:
-    sizes = ", ".join(f"{key}={value!r}" for key, value in placed.sizes.items())
-    return f"{name} = pybullet.createCollisionShape(pybullet.{placed.geometry}, {sizes})\n"
-
-
-def _body_script(name: str, placed: Placed, mass: float = 1.0) -> str:
-    mass = 0.0 if placed.geometry == "GEOM_PLANE" else mass
-    frame = f"basePosition={placed.position!r}, baseOrientation={placed.orientation!r}"
-    return _shape_script(name, placed) + f"{name} = pybullet.createMultiBody({mass}, {name}, {frame})\n"
-
-
-def _best_script(a: Placed, b: Placed, swapped: bool) -> str:
-    """Print the nearest of `points`; fields 5 to 8 are on A, on B, the normal from B to A, the distance."""
-    on_a, on_b = ("best[6]", "best[5]") if swapped else ("best[5]", "best[6]")
-    sign, distance = "" if swapped else "-", "best[8]"
-    text = f"best = min(points, key=lambda point: point[8])\nnormal = [{sign}u for u in best[7]]  # from a to b\n"
-    if a.extra or b.extra:
-        text += f"extra_a, extra_b = {a.extra!r}, {b.extra!r}  # radii that stand in for 0, taken off again\n"
-        distance = "best[8] + (extra_a + extra_b)"
-    on_a = f"[u - extra_a * n for u, n in zip({on_a}, normal)]" if a.extra else f"list({on_a})"
-    on_b = f"[u + extra_b * n for u, n in zip({on_b}, normal)]" if b.extra else f"list({on_b})"
-    return (
-        text
-        + f"""print("distance =", repr({distance}))
-print("on_a =", {on_a})
-print("on_b =", {on_b})
-print("normal =", normal)
-"""
-    )
-
-
-def _closest_script(query: str, a: Placed, b: Placed) -> str:
-    swapped = a.geometry == "GEOM_PLANE" and query == DISTANCE
-    text = _shape_script("a", a) + _shape_script("b", b)
-    if swapped:
-        text += "# The plane goes second: of shapes without bodies PyBullet returns a leading plane as B.\n"
-    text += "points = pybullet.getClosestPoints(\n    bodyA=-1,\n    bodyB=-1,\n"
-    text += f"    distance={FAR if query == DISTANCE else 0.0},\n"
-    sides = (("A", "b", b), ("B", "a", a)) if swapped else (("A", "a", a), ("B", "b", b))
-    for side, name, placed in sides:
-        text += f"    collisionShape{side}={name},\n    collisionShapePosition{side}={placed.position!r},\n"
-        text += f"    collisionShapeOrientation{side}={placed.orientation!r},\n"
-    text += ")\n"
-    if query == BOOLEAN:
-        return text + 'print("hit =", float(len(points) > 0))\n'
-    return text + _best_script(a, b, swapped)
-
-
-def _contacts_script(a: Placed, b: Placed) -> str:
-    text = _body_script("a", a, 1.0 if b.geometry == "GEOM_PLANE" else 0.0) + _body_script("b", b)
-    text += "pybullet.performCollisionDetection()\n"
-    reach = -(a.extra + b.extra)
-    text += f"points = [point for point in pybullet.getContactPoints(a, b) if point[8] <= {reach!r}]\n"
-    text += 'print("hit =", float(len(points) > 0))\nif points:\n'
-    return text + "".join(f"    {line}\n" for line in _best_script(a, b, swapped=False).splitlines())
-
-
-def _cast_script(ray: Row, b: Placed) -> str:
-    end = ray_end(ray, b)
-    return f"""{_body_script("b", b)}end = {end!r}  # the ray is past b
-body, _, fraction, point, normal = pybullet.rayTest({ray[:3]!r}, {ray_at(ray, end)!r})[0]
-print("hit =", float(body >= 0))
-print("t =", repr(fraction * end if body >= 0 else float("inf")))
-if body >= 0:
-    print("normal =", list(normal))
-    print("point =", list(point))
-"""
+def _hulls(kind: Kind, rows: Array) -> Array:
+    """Hulls with their vertices on Bullet's grid; a row that has fewer than others repeats its last one."""
+    framed = [geometry.polytope(kind, row) for row in rows.tolist()]
+    found = [on_grid(geometry.vertices(one.key)) for one in framed]
+    most = max(len(points) for points in found)
+    padded = [points[np.minimum(np.arange(most), len(points) - 1)] for points in found]
+    places, turns = ([getattr(one, name) for one in framed] for name in ("position", "rotation"))
+    return ConvexPolyhedron.from_vertices(padded, places, turns).pack()

@@ -1,27 +1,31 @@
 """The Flexible Collision Library, by way of python-fcl. Facts below were measured on python-fcl 0.7.0.11.
 
-Signed distances come from GJK and EPA (libccd) for every pair, also where FCL has a closed form for the
-unsigned distance: that one says −1 for every overlap. `collide` has closed forms for all pairs here but
-capsule–capsule and capsule–box, which libccd answers by portal refinement (MPR). There is no ray query.
+Signed distances come from GJK and EPA (libccd) for every pair of solids, also where FCL has a closed form for the
+unsigned distance: that one says −1 for every overlap. `collide` has closed forms for pairs of spheres, boxes and
+half-spaces with anything but a capsule and a box, and for spheres with capsules and cylinders; libccd answers the
+other pairs by portal refinement (MPR). There is no ray query.
 
 A Point is a Sphere of radius 0, which FCL takes: its answers are as good as those for any small sphere, but that
 GJK may end at a corner where a radius up to 1e-6 and a box line up, as it does for two boxes.
+
+Polytopes are `Convex` hulls of their vertices. A mesh is a `BVHModel`, a surface: a shape wholly inside has a
+distance from it, and no contact; an overlap has no depth (without the signed distance, which FCL does not have for
+meshes, it says −1, for two meshes 0), and each contact is that of one triangle. FCL has no unions: a composite
+is asked part by part, and the nearest, or deepest, answer counts.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from importlib import metadata
-from typing import Any, ClassVar, NamedTuple
-
-import numpy as np
+from typing import Any, ClassVar
 
 from oracles.engine import (
     NATIVE,
     AnswerRow,
     Array,
     Convention,
+    Effective,
     Engine,
     EngineUnavailable,
     Kind,
@@ -30,14 +34,29 @@ from oracles.engine import (
     Solver,
     Support,
     Tolerance,
+    UnsupportedCell,
     answer_row,
     emulated,
     unsupported,
 )
+from oracles.engines import geometry
+from oracles.engines.fcl_shapes import Maker, Placed, frame_text, place, shape_text
+from oracles.engines.geometry import Composite, Polyhedron
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
-from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Point, Sphere
+from refimpl.shapes import (
+    AABB,
+    KDOP,
+    Box,
+    Capsule,
+    Cylinder,
+    HalfSpace,
+    Point,
+    Sphere,
+)
 
 MOST_CONTACTS = 20
+OVERLAP = -float("inf")
+"""What is said of an overlap whose depth the engine does not say."""
 
 SAYS = {
     DISTANCE: frozenset({"distance", "on_a", "on_b"}),
@@ -45,7 +64,12 @@ SAYS = {
     BOOLEAN: frozenset({"hit"}),
 }
 
-EMULATED = {Point: "a Point is a Sphere of radius 0", AABB: "an AABB is a Box without rotation"}
+EMULATED = {
+    Point: "a Point is a Sphere of radius 0",
+    AABB: "an AABB is a Box without rotation",
+    KDOP: "a KDOP is the Convex hull of its corners",
+    Composite: "a Composite is asked part by part; the nearest or deepest answer counts",
+}
 
 # Defaults of FCL's distance_tolerance (distance) and gjk_tolerance (collide), neither of which the binding can set:
 # absolute thresholds on what the last step gains, read as relative for scenes larger than 1.
@@ -53,81 +77,9 @@ ITERATIVE = Tolerance.uniform(1e-6, 1e-6, "FCL's solver stops when a step gains 
 # A dozen roundings of coordinates at 1.1e-16 each, with room for the sums inside.
 CLOSED = Tolerance.uniform(0.0, 1e-12, "closed form in double precision")
 
-ROUND = (Point, Sphere)
+BALLS = (Point, Sphere)
 BOXES = (AABB, Box)
-
-
-class Placed(NamedTuple):
-    """A proxy as FCL takes it: geometry in its own frame, and where that frame stands; None: not turned."""
-
-    geometry: str
-    sizes: tuple[float | Array, ...]
-    rotation: list[list[float]] | None
-    translation: list[float]
-
-
-def _rotation_to(x: float, y: float, z: float) -> list[list[float]]:
-    """Rotation that takes the z axis to the unit vector (x, y, z) (Duff et al. 2017)."""
-    sign = math.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    return [[1.0 + sign * x * x * a, b, x], [sign * b, sign + y * y * a, y], [-sign * x, -y, z]]
-
-
-def _rotation_of(x: float, y: float, z: float, w: float) -> list[list[float]]:
-    """Rotation matrix of a quaternion of any length."""
-    size = max(abs(x), abs(y), abs(z), abs(w))
-    x, y, z, w = x / size, y / size, z / size, w / size
-    s = 2.0 / ((x * x + y * y) + (z * z + w * w))
-    return [
-        [1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)],
-        [s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x)],
-        [s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y)],
-    ]
-
-
-def _point(r: Row) -> Placed:
-    return Placed("Sphere", (0.0,), None, r)
-
-
-def _sphere(r: Row) -> Placed:
-    return Placed("Sphere", (r[3],), None, r[:3])
-
-
-def _capsule(r: Row) -> Placed:
-    """Stand a capsule, which lies along z and whose length excludes the caps, on its segment."""
-    px, py, pz, qx, qy, qz, radius = r
-    x, y, z = qx - px, qy - py, qz - pz
-    length = math.hypot(x, y, z)
-    rotation = _rotation_to(x / length, y / length, z / length) if length > 0 else None
-    return Placed("Capsule", (radius, length), rotation, [px / 2 + qx / 2, py / 2 + qy / 2, pz / 2 + qz / 2])
-
-
-def _halfspace(r: Row) -> Placed:
-    """Turn normal·x + k ≤ 0 into FCL's n·x ≤ d with a unit n."""
-    length = math.hypot(r[0], r[1], r[2])
-    normal = np.array([r[0] / length, r[1] / length, r[2] / length])
-    return Placed("Halfspace", (normal, -r[3] / length), None, [0.0, 0.0, 0.0])
-
-
-def _aabb(r: Row) -> Placed:
-    lower, upper = r[:3], r[3:]
-    sides = tuple(u - v for u, v in zip(upper, lower, strict=True))
-    return Placed("Box", sides, None, [u / 2 + v / 2 for u, v in zip(upper, lower, strict=True)])
-
-
-def _box(r: Row) -> Placed:
-    return Placed("Box", (2 * r[3], 2 * r[4], 2 * r[5]), _rotation_of(*r[6:]), r[:3])
-
-
-PLACE: dict[Kind, Callable[[Row], Placed]] = {
-    Point: _point,
-    Sphere: _sphere,
-    Capsule: _capsule,
-    HalfSpace: _halfspace,
-    AABB: _aabb,
-    Box: _box,
-}
+NO_PLANES = "fcl.distance ends the process (segmentation fault) on any pair with a Halfspace"
 
 
 class FclEngine(Engine):
@@ -147,7 +99,7 @@ class FclEngine(Engine):
         if query == RAYCAST:
             return unsupported("FCL has no ray query")
         if HalfSpace in (A, B) and query == DISTANCE:
-            return unsupported("fcl.distance ends the process (segmentation fault) on any pair with a Halfspace")
+            return unsupported(NO_PLANES)
         if A is B is HalfSpace and query == CONTACTS:
             return unsupported("fcl.collide gives no contact for any two half-spaces")
         notes = [text for kind, text in EMULATED.items() if kind in (A, B)]
@@ -162,38 +114,83 @@ class FclEngine(Engine):
         """Give the solver's thresholds for GJK, EPA and MPR, and rounding for closed forms."""
         return ITERATIVE if query == DISTANCE or _by_portal(A, B) else CLOSED
 
+    def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> tuple[Effective, Effective]:
+        """Take meshes for the surfaces that they are."""
+        del query
+        return _effective(A, rows_a), _effective(B, rows_b)
+
     def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
-        """Contacts whose depth is that of their own normal."""
+        """Contacts whose depth is that of their own normal, and what a surface has instead of a depth."""
+        found: dict[Convention, str] = {}
+        if query == DISTANCE and Polyhedron in (A, B):
+            text = "a BVHModel is a surface: signed distances do not exist, and an unsigned one of −1 is an overlap"
+            found[Convention.NO_DEPTH] = text
+        if query == CONTACTS and Polyhedron in (A, B) and HalfSpace not in (A, B):
+            found[Convention.OF_ONE_TRIANGLE] = "a contact with a BVHModel is one with a triangle of it"
         if query == CONTACTS and _by_portal(A, B):
             text = "portal refinement (MPR) gives a direction that separates, with its depth, not the least"
-            return {Convention.DEPTH_OF_ITS_NORMAL: text}
+            found[Convention.DEPTH_OF_ITS_NORMAL] = text
         if query == CONTACTS and A in BOXES and B in BOXES:
             text = "edge-edge axes count only when they beat the face axes by 5 %"
-            return {Convention.DEPTH_OF_ITS_NORMAL: text}
-        return {}
+            found[Convention.DEPTH_OF_ITS_NORMAL] = text
+        return found
 
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
-        """Answer one scene in 4 to 15 µs."""
+        """Answer one scene in 4 to 15 µs, where it has no parts and no new hull or mesh."""
         self.require(query, A, B)
         fcl = _import()
-        place_a, place_b, ask = PLACE[A], PLACE[B], ASK[query](fcl)
+        make, ask, nearer = Maker(fcl), ASK[query](fcl), NEARER[query]
 
         def solve(row_a: Row, row_b: Row) -> AnswerRow:
-            return ask(_object(fcl, place_a(row_a)), _object(fcl, place_b(row_b)))
+            placed_a, placed_b = _placed(query, A, row_a), _placed(query, B, row_b)
+            with_mesh = _is_mesh(placed_a) or _is_mesh(placed_b)
+            if len(placed_a) == len(placed_b) == 1:
+                return ask(make(placed_a[0]), make(placed_b[0]), with_mesh)
+            objects_b = [make(b) for b in placed_b]
+            answers = [ask(a, b, with_mesh) for a in map(make, placed_a) for b in objects_b]
+            return min(answers, key=nearer)
 
         return solve
 
     def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
         """Write the script of one scene; needs fcl and numpy."""
         self.require(query, A, B)
-        a, b = _constructor(PLACE[A](row_a)), _constructor(PLACE[B](row_b))
-        return SCRIPT.format(query=query, A=A.__name__, B=B.__name__, a=a, b=b, ask=SCRIPTS[query])
+        placed_a, placed_b = _placed(query, A, row_a), _placed(query, B, row_b)
+        signed = not (_is_mesh(placed_a) or _is_mesh(placed_b))
+        ask = SCRIPTS[query].replace("SIGNED", repr(signed))
+        return SCRIPT.format(
+            query=query, A=A.__name__, B=B.__name__, a=_objects("a", placed_a), b=_objects("b", placed_b), ask=ask
+        )
 
 
 def _by_portal(A: Kind, B: Kind) -> bool:
     """Whether `collide` has no closed form for the pair."""
-    others = (Capsule, *BOXES)
-    return Capsule in (A, B) and A in others and B in others
+    if HalfSpace in (A, B):
+        return False
+    balls = [kind in BALLS for kind in (A, B)]
+    if any(balls):
+        other = B if balls[0] else A
+        return not (all(balls) or other in (Sphere, Capsule, Cylinder, *BOXES))
+    return not (A in BOXES and B in BOXES)
+
+
+def _effective(kind: Kind, rows: Array) -> Effective:
+    if kind is not Polyhedron:
+        return Effective.exactly(kind, rows)
+    return Effective.exactly(Composite, geometry.surface(rows).pack())
+
+
+def _placed(query: str, kind: Kind, row: Row) -> list[Placed]:
+    found = place(kind, row)
+    if query == DISTANCE and any(placed.geometry == "Halfspace" for placed in found):
+        raise UnsupportedCell(NO_PLANES)
+    if kind is Composite and _is_mesh(found):
+        raise UnsupportedCell("a mesh that is part of a Composite would be asked as a surface, beside solids")
+    return found
+
+
+def _is_mesh(placed: list[Placed]) -> bool:
+    return any(p.geometry == "BVHModel" for p in placed)
 
 
 def _import() -> Any:
@@ -204,20 +201,17 @@ def _import() -> Any:
     return fcl
 
 
-def _object(fcl: Any, placed: Placed) -> Any:
-    """Make the collision object; 2 to 4 µs."""
-    geometry, sizes, rotation, translation = placed
-    shape = getattr(fcl, geometry)(*sizes)
-    frame = fcl.Transform(translation) if rotation is None else fcl.Transform(rotation, translation)
-    return fcl.CollisionObject(shape, frame)
+Ask = Callable[[Any, Any, bool], AnswerRow]
 
 
-def _distance(fcl: Any) -> Callable[[Any, Any], AnswerRow]:
-    request = fcl.DistanceRequest(enable_nearest_points=True, enable_signed_distance=True)
+def _distance(fcl: Any) -> Ask:
+    requests = [fcl.DistanceRequest(enable_nearest_points=True, enable_signed_distance=signed) for signed in (0, 1)]
 
-    def ask(a: Any, b: Any) -> AnswerRow:
+    def ask(a: Any, b: Any, with_mesh: bool) -> AnswerRow:
         result = fcl.DistanceResult()
-        fcl.distance(a, b, request, result)
+        fcl.distance(a, b, requests[not with_mesh], result)
+        if with_mesh and result.min_distance <= 0:
+            return answer_row(distance=OVERLAP)
         on_a, on_b = result.nearest_points
         if on_a is None:
             raise NoAnswer("fcl.distance left its result empty")
@@ -226,10 +220,10 @@ def _distance(fcl: Any) -> Callable[[Any, Any], AnswerRow]:
     return ask
 
 
-def _contacts(fcl: Any) -> Callable[[Any, Any], AnswerRow]:
+def _contacts(fcl: Any) -> Ask:
     request = fcl.CollisionRequest(num_max_contacts=MOST_CONTACTS, enable_contact=True)
 
-    def ask(a: Any, b: Any) -> AnswerRow:
+    def ask(a: Any, b: Any, _: bool) -> AnswerRow:
         result = fcl.CollisionResult()
         fcl.collide(a, b, request, result)
         if not result.contacts:
@@ -245,10 +239,10 @@ def _contacts(fcl: Any) -> Callable[[Any, Any], AnswerRow]:
     return ask
 
 
-def _boolean(fcl: Any) -> Callable[[Any, Any], AnswerRow]:
+def _boolean(fcl: Any) -> Ask:
     request = fcl.CollisionRequest()
 
-    def ask(a: Any, b: Any) -> AnswerRow:
+    def ask(a: Any, b: Any, _: bool) -> AnswerRow:
         result = fcl.CollisionResult()
         fcl.collide(a, b, request, result)
         return answer_row(hit=float(result.is_collision))
@@ -256,23 +250,26 @@ def _boolean(fcl: Any) -> Callable[[Any, Any], AnswerRow]:
     return ask
 
 
-ASK: dict[str, Callable[[Any], Callable[[Any, Any], AnswerRow]]] = {
-    DISTANCE: _distance,
-    CONTACTS: _contacts,
-    BOOLEAN: _boolean,
+ASK: dict[str, Callable[[Any], Ask]] = {DISTANCE: _distance, CONTACTS: _contacts, BOOLEAN: _boolean}
+NEARER: dict[str, Callable[[AnswerRow], tuple[float, ...]]] = {
+    DISTANCE: lambda row: (row[1],),
+    CONTACTS: lambda row: (-row[0], row[1]),
+    BOOLEAN: lambda row: (-row[0],),
 }
+"""By what the answer of a composite is chosen among those of its parts: the least of these."""
 
 
-def _constructor(placed: Placed) -> str:
-    """Python text that makes the collision object."""
-    geometry, sizes, rotation, translation = placed
-    texts = [f"np.array({s.tolist()!r})" if isinstance(s, np.ndarray) else repr(s) for s in sizes]
-    turned = "" if rotation is None else f"np.array({rotation!r}), "
-    frame = f"fcl.Transform({turned}np.array({translation!r}))"
-    return f"fcl.CollisionObject(\n    fcl.{geometry}({', '.join(texts)}),\n    {frame},\n)"
+def _objects(name: str, placed: list[Placed]) -> str:
+    """Lines that make the list of collision objects of one side."""
+    lines, objects = "", []
+    for i, one in enumerate(placed):
+        shape = name + "_shape" + (str(i) if len(placed) > 1 else "")
+        lines += shape_text(shape, one)
+        objects.append(f"fcl.CollisionObject({shape}, {frame_text(one)})")
+    return lines + f"{name} = [\n" + "".join(f"    {text},\n" for text in objects) + "]"
 
 
-SCRIPT = '''"""FCL: {query} of {A} (a) and {B} (b)."""
+SCRIPT = '''"""FCL: {query} of {A} (a) and {B} (b); of several objects the nearest or deepest counts."""
 
 from importlib.metadata import version
 
@@ -280,30 +277,41 @@ import fcl
 import numpy as np
 
 print("python-fcl", version("python-fcl"))
-a = {a}
-b = {b}
+{a}
+{b}
 {ask}'''
 
 SCRIPTS = {
-    DISTANCE: """request = fcl.DistanceRequest(enable_nearest_points=True, enable_signed_distance=True)
-result = fcl.DistanceResult()
-fcl.distance(a, b, request, result)
+    DISTANCE: """
+
+def ask(x, y):
+    result = fcl.DistanceResult()
+    fcl.distance(x, y, fcl.DistanceRequest(enable_nearest_points=True, enable_signed_distance=SIGNED), result)
+    return result
+
+
+result = min((ask(x, y) for x in a for y in b), key=lambda found: found.min_distance)
 print("distance =", repr(float(result.min_distance)))
 print("on_a =", result.nearest_points[0].tolist())
 print("on_b =", result.nearest_points[1].tolist())
 """,
-    CONTACTS: f"""request = fcl.CollisionRequest(num_max_contacts={MOST_CONTACTS}, enable_contact=True)
-result = fcl.CollisionResult()
-fcl.collide(a, b, request, result)
-print("hit =", float(result.is_collision))
-if result.contacts:
-    deepest = max(result.contacts, key=lambda contact: contact.penetration_depth)
+    CONTACTS: f"""
+request = fcl.CollisionRequest(num_max_contacts={MOST_CONTACTS}, enable_contact=True)
+results = [(x, y, fcl.CollisionResult()) for x in a for y in b]
+for x, y, result in results:
+    fcl.collide(x, y, request, result)
+print("hit =", float(any(result.is_collision for *_, result in results)))
+contacts = [contact for *_, result in results for contact in result.contacts]
+if contacts:
+    deepest = max(contacts, key=lambda contact: contact.penetration_depth)
     print("distance =", repr(-float(deepest.penetration_depth)))
     print("normal =", deepest.normal.tolist())  # from a to b
     print("point =", deepest.pos.tolist())
 """,
-    BOOLEAN: """result = fcl.CollisionResult()
-fcl.collide(a, b, fcl.CollisionRequest(), result)
-print("hit =", float(result.is_collision))
+    BOOLEAN: """
+results = [(x, y, fcl.CollisionResult()) for x in a for y in b]
+for x, y, result in results:
+    fcl.collide(x, y, fcl.CollisionRequest(), result)
+print("hit =", float(any(result.is_collision for *_, result in results)))
 """,
 }

@@ -27,8 +27,9 @@ from .expanding import (
     highest,
     insert,
 )
-from .features import better_along, gap_along, polish
+from .features import Points, better_along, gap_along, moved, polish
 from .gjk import ON_A, ON_B, OVERLAPPING, Simplex, gjk, store, weighted
+from .newton import ZERO
 from .projection import nearest_to_point
 from .vectors import Vector, along, dot, length, minus, opposite, plus, times, unit_or, without
 
@@ -77,6 +78,30 @@ def corners(points: Floats, facets: Ints, f: int, start: int) -> tuple[Vector, V
 
 
 @kernel
+def is_tangent(points: Floats, facets: Ints, f: int, n: Vector, most: float) -> bool:
+    """Whether no corner of a facet is higher than `most` along `n`: whether it lies along a supporting plane."""
+    highest_corner = -math.inf
+    for i in range(3):
+        highest_corner = max(highest_corner, dot(three(points, 9 * facets[7 * f + i]), n))
+    return highest_corner <= most
+
+
+@kernel
+def add_corners(
+    a: Row, b: Row, inset_a: float, inset_b: float, n: Vector, points: Floats, facets: Ints, f: int, known: int
+) -> None:
+    """Note three points of the difference: the corners of facet f, each moved along its features to fit `n`."""
+    for i in range(3):
+        at = 9 * facets[7 * f + i]
+        x = along(moved(a, three(points, at + 3), n), -inset_a, n)
+        y = along(moved(b, three(points, at + 6), opposite(n)), inset_b, n)
+        to = 9 * (known + i)
+        store(points, to, minus(y, x))
+        store(points, to + 3, x)
+        store(points, to + 6, y)
+
+
+@kernel
 def deepest(
     a: Row,
     b: Row,
@@ -91,11 +116,12 @@ def deepest(
 ) -> tuple[float, Vector]:
     """Find the greatest gap g(n) of two bodies over all directions, also where it has many local maxima.
 
-    Starts from the gap along `n`. No direction is left that could give a greater gap, up to what a facet closed by
-    Newton's method may hide.
+    Starts from the gap along `n`. A facet whose level is no greater than the best gap is done with. One that is
+    nearly at the surface shows which features meet there: if these lead, by Newton's method, to a local maximum in a
+    tangent plane along the facet, it is done with, too. All others are expanded.
     """
     inset = inset_a + inset_b
-    best, direction = gap, n
+    best, direction, best_rest = gap, n, math.inf
     known, size, normal = begin(a, b, inset_a, inset_b, n, points, planes, facets)
     if known == 0:
         best, direction = better_along(a, b, normal, best, direction)
@@ -103,34 +129,40 @@ def deepest(
     slack, used, next_point = 4.0 * EPS * size, 4, 4
     fine, coarse = 16.0 * EPS * size, COARSE * size
     while True:
-        if next_point < known:
+        while next_point < known:
             f, depth = facet_below(planes, facets, used, three(points, 9 * next_point))
             if depth > slack:
                 used = max(used, insert(points, planes, facets, scratch, f, next_point, used, slack))
             next_point += 1
-            continue
         f = highest(planes, facets, used)
-        if f < 0 or planes[4 * f + 3] - inset <= best + fine or known >= MOST_POINTS:
+        if f < 0 or planes[4 * f + 3] - inset <= best + fine or known >= MOST_POINTS - 4:
             return best, direction
         m = three(planes, 4 * f)
         there = add_point(a, b, inset_a, inset_b, m, points, known)
-        if there - inset > best:
-            best, direction = there - inset, m
+        if there - inset > best + fine:
+            best, direction, best_rest = there - inset, m, math.inf
         below = planes[4 * f + 3] - there
+        if below <= slack:
+            facets[7 * f + MARK] = CLOSED
+            continue
+        known += 1
         if below <= coarse:
-            gap, m, doubt = polish(a, b, corners(points, facets, f, 3), corners(points, facets, f, 6), m)
-            if gap > best:
-                best, direction = gap, m
-            if doubt <= fine:
+            x, y = corners(points, facets, f, 3), corners(points, facets, f, 6)
+            gap, m, doubt, rest = polish(a, b, x, y, m)
+            if gap > best + fine or (gap >= best - fine and rest < best_rest):
+                best, direction, best_rest = gap, m, rest
+            if doubt <= fine and rest <= 1e-6 * size and is_tangent(points, facets, f, m, gap + inset + 4.0 * coarse):
                 facets[7 * f + MARK] = CLOSED
+                known -= 1
                 continue
-        grown = insert(points, planes, facets, scratch, f, known, used, slack) if below > slack else 0
+            add_corners(a, b, inset_a, inset_b, m, points, facets, f, known)
+            known += 3
+        grown = insert(points, planes, facets, scratch, f, next_point, used, slack)
+        next_point += 1
         if grown == 0:
             facets[7 * f + MARK] = CLOSED
         else:
             used = grown
-            known += 1
-            next_point = known
 
 
 @kernel
@@ -168,8 +200,8 @@ def face_towards(row: Row, n: Vector, shift: Vector, slack: float, face: Floats)
 @kernel
 def witnesses(
     a: Row, b: Row, sigma: float, n: Vector, size: float, simplex: Simplex, face_a: Floats, face_b: Floats
-) -> tuple[Vector, Vector]:
-    """Find points of two bodies that are σ·n apart: where their extreme faces along n meet, when B is moved by −σ·n.
+) -> tuple[Vector, Vector, float]:
+    """Find points of two bodies that are σ·n apart, and how far from it they stay: where their extreme faces along n meet, when B is moved by −σ·n.
 
     Of a very flat ellipsoid a direction does not tell the point well; it is projected from the other body instead.
     """
@@ -179,14 +211,102 @@ def witnesses(
     start = unit_or(minus(middle(face_b), middle(face_a)), n)
     _, count, _, _ = gjk(face_a, face_b, 0.0, 0.0, start, simplex, 0, EPS * size, 40)
     x, y = weighted(simplex, count, ON_A), along(weighted(simplex, count, ON_B), sigma, n)
+    misfit = length(along(minus(y, x), -sigma, n))
     for _ in range(8):
-        if length(minus(minus(y, x), times(sigma, n))) <= 2.0 * EPS * size:
+        if misfit <= 2.0 * EPS * size:
             break
         if a[KIND] == ELLIPSOID:
             x = nearest_to_point(a, along(y, -sigma, n))[2]
         if b[KIND] == ELLIPSOID:
             y = nearest_to_point(b, along(x, sigma, n))[2]
-    return x, y
+        misfit = length(along(minus(y, x), -sigma, n))
+    return x, y, misfit
+
+
+@kernel
+def corner(simplex: Simplex, count: int, start: int) -> Points:
+    """Points of A or of B at the corners of a simplex of up to three."""
+    return (
+        three(simplex, start),
+        three(simplex, start + 3 * min(1, count - 1)),
+        three(simplex, start + 3 * (count - 1)),
+    )
+
+
+@kernel
+def sharpened(a: Row, b: Row, gap: float, n: Vector, simplex: Simplex, count: int, fine: float) -> tuple[float, Vector]:
+    """Improve a direction by the features at a simplex's corners; it stays where that does not help."""
+    there, m, _, _ = polish(a, b, corner(simplex, count, ON_A), corner(simplex, count, ON_B), n)
+    return (there, m) if there >= gap - fine else (gap, n)
+
+
+@kernel
+def copy_moved(row: Row, shift: Vector, out: Floats) -> None:
+    """Write the row of a body that is moved by `shift`."""
+    for i in range(VERTICES):
+        out[i] = row[i]
+    store(out, CENTER, plus(three(row, CENTER), shift))
+    for i in range(int(row[COUNT])):
+        at = VERTICES + 3 * i
+        store(out, at, plus(three(row, at), shift))
+
+
+@kernel
+def settled(
+    a: Row, b: Row, sigma: float, n: Vector, size: float, simplex: Simplex, face_a: Floats, face_b: Floats
+) -> tuple[float, Vector, Vector, Vector, float]:
+    """Witness points for a distance and its direction, both sharpened once more where the points do not fit.
+
+    With B moved away along n, as far apart as it is large, the closest points show the features that meet.
+
+    Returns
+    -------
+    sigma, direction, x, y, misfit
+        The last is the length of y − x − σ·n.
+    """
+    x, y, misfit = witnesses(a, b, sigma, n, size, simplex, face_a, face_b)
+    for _ in range(2):
+        if misfit <= 32.0 * EPS * size:
+            break
+        copy_moved(b, times(size - sigma, n), face_b)
+        _, count, _, _ = gjk(a, face_b, 0.0, 0.0, n, simplex, 0, 2.0 * EPS * size, 50)
+        if count > 3:
+            break
+        _, m = sharpened(a, face_b, -math.inf, n, simplex, count, 0.0)
+        gap = gap_along(a, b, m)
+        if gap < sigma - 16.0 * EPS * size:
+            break
+        p, q, rest = witnesses(a, b, gap, m, size, simplex, face_a, face_b)
+        if rest < misfit:
+            sigma, n, x, y, misfit = gap, m, p, q, rest
+    return sigma, n, x, y, misfit
+
+
+@kernel
+def apart(
+    a: Row, b: Row, inset_a: float, inset_b: float, size: float, simplex: Simplex, face_a: Floats, face_b: Floats
+) -> tuple[bool, float, Vector, Vector, Vector]:
+    """Answer for two bodies whose cores are apart: whether they are, then σ, normal and witness points.
+
+    Points that are σ·n apart, in planes across n between which there is nothing of either core, are the closest ones:
+    that proves the answer. When it cannot be had, the direction is at least a good start.
+    """
+    inset, fine = inset_a + inset_b, 8.0 * EPS * size
+    n = unit_or(minus(middle(b), middle(a)), (0.0, 0.0, 1.0))
+    state, count, gap, n = gjk(a, b, inset_a, inset_b, n, simplex, 0, 2.0 * EPS * size, 50)
+    x, y = ZERO, ZERO
+    if state == OVERLAPPING:
+        return False, gap - inset, n, x, y
+    v = weighted(simplex, count, 0)
+    m = unit_or(v, n)
+    if length(v) - gap <= fine and gap_along(a, b, m) + inset >= gap - fine and gap > 0.0:
+        x, y = weighted(simplex, count, ON_A), weighted(simplex, count, ON_B)
+        return True, length(v) - inset, m, along(x, inset_a, m), along(y, -inset_b, m)
+    sigma, n = sharpened(a, b, gap - inset, n, simplex, count, fine)
+    if sigma + inset <= 0.0:
+        return False, sigma, n, x, y
+    sigma, n, x, y, misfit = settled(a, b, sigma, n, size, simplex, face_a, face_b)
+    return misfit <= 256.0 * EPS * size, sigma, n, x, y
 
 
 @kernel
@@ -204,19 +324,10 @@ def general(
     """Signed distance, normal and witness points of two bodies, without the balls by which they are widened."""
     size = extent(a) + extent(b)
     inset_a, inset_b = inset_of(a), inset_of(b)
-    inset = inset_a + inset_b
-    n = unit_or(minus(middle(b), middle(a)), (0.0, 0.0, 1.0))
-    state, count, gap, n = gjk(a, b, inset_a, inset_b, n, simplex, 0, 2.0 * EPS * size, 50)
-    v = weighted(simplex, count, 0)
-    if state != OVERLAPPING and gap > 0.0 and length(v) - gap <= 16.0 * EPS * size:
-        m = unit_or(v, n)
-        if gap_along(a, b, m) + inset >= gap - 4.0 * EPS * size:
-            x, y = weighted(simplex, count, ON_A), weighted(simplex, count, ON_B)
-            return length(v) - inset, m, along(x, inset_a, m), along(y, -inset_b, m)
-        sigma = gap - inset
-    else:
-        sigma, n = deepest(a, b, inset_a, inset_b, gap - inset, n, points, planes, facets, scratch)
-    x, y = witnesses(a, b, sigma, n, size, simplex, face_a, face_b)
+    found, sigma, n, x, y = apart(a, b, inset_a, inset_b, size, simplex, face_a, face_b)
+    if not found:
+        sigma, n = deepest(a, b, inset_a, inset_b, sigma, n, points, planes, facets, scratch)
+        sigma, n, x, y, _ = settled(a, b, sigma, n, size, simplex, face_a, face_b)
     return sigma, n, x, y
 
 

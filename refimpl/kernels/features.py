@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 from . import kernel
-from .bodies import AXES, CENTER, CYLINDER, HULL, KIND, SIZES, Row, support, three
+from .bodies import AXES, CENTER, CYLINDER, ELLIPSOID, HULL, KIND, SIZES, Row, support, three
 from .newton import ZERO, Feature, climb, gap_of
-from .vectors import Vector, along, cross, dot, minus, opposite, unit_or, without
+from .vectors import Vector, along, cross, dot, length, minus, opposite, times, unit_or, without
 
 Points = tuple[Vector, Vector, Vector]
 
@@ -31,19 +31,25 @@ def same(u: Vector, v: Vector) -> bool:
 
 @kernel
 def straight(x: Points) -> tuple[Vector, Vector]:
-    """Edge direction, and face normal, of a hull that its support points span; zero where they span none."""
-    p, q, r = x
-    if same(p, q):
-        p, q, r = q, r, q
-    step, other = minus(q, p), minus(r, p)
-    if same(q, r) or same(p, r):
+    """Edge of a hull that three of its vertices span, as the way from the first to another one, or normal of a face.
+
+    Zero for what they do not span.
+    """
+    step, other = minus(x[1], x[0]), minus(x[2], x[0])
+    if same(x[0], x[1]):
+        return other, ZERO
+    if same(x[0], x[2]) or same(x[1], x[2]):
         return step, ZERO
     normal = cross(step, other)
-    longer = step if dot(step, step) >= dot(other, other) else other
-    square = dot(normal, normal)
-    if square <= 1e-24 * dot(step, step) * dot(other, other):
-        return longer, ZERO
+    if dot(normal, normal) <= 1e-24 * dot(step, step) * dot(other, other):
+        return step, ZERO
     return ZERO, normal
+
+
+@kernel
+def cap_of(row: Row, x: Vector) -> float:
+    """On which cap of a cylinder a point lies: 1 for the one that its axis points to, −1 for the other."""
+    return 1.0 if dot(minus(x, three(row, CENTER)), three(row, AXES + 6)) > 0.0 else -1.0
 
 
 @kernel
@@ -57,14 +63,25 @@ def feature(row: Row, x: Points) -> tuple[Feature, Vector]:
         return (x[0], u, v, w, ZERO, edge), normal
     if row[KIND] == CYLINDER:
         radii = (sizes[0], sizes[0], 0.0)
-        above = 0
-        for i in range(3):
-            if dot(minus(x[i], center), w) > 0.0:
-                above += 1
-        if 0 < above < 3:
-            return (center, u, v, w, radii, w), ZERO
-        return (along(center, sizes[2] if above == 3 else -sizes[2], w), u, v, w, radii, ZERO), ZERO
+        caps = cap_of(row, x[0]), cap_of(row, x[1]), cap_of(row, x[2])
+        if caps[0] != caps[1] or caps[0] != caps[2]:
+            return (center, u, v, w, radii, times(-2.0 * caps[0] * sizes[2], w)), ZERO
+        return (along(center, caps[0] * sizes[2], w), u, v, w, radii, ZERO), ZERO
     return (center, u, v, w, sizes, ZERO), ZERO
+
+
+@kernel
+def moved(row: Row, x: Vector, n: Vector) -> Vector:
+    """Support point along `n` on the same feature as the support point x."""
+    if row[KIND] == ELLIPSOID:
+        return support(row, n)
+    if row[KIND] == CYLINDER:
+        axis = three(row, AXES + 6)
+        sideways = unit_or(without(n, axis), ZERO)
+        if dot(sideways, sideways) > 0.0:
+            cap = along(three(row, CENTER), cap_of(row, x) * row[SIZES + 2], axis)
+            return along(cap, row[SIZES], sideways)
+    return x
 
 
 @kernel
@@ -75,19 +92,17 @@ def across(e: Vector, f: Vector, n: Vector) -> Vector:
     for _ in range(2):
         normal = without(without(normal, e), f)
     side = -1.0 if dot(normal, n) < 0.0 else 1.0
-    return unit_or((side * normal[0], side * normal[1], side * normal[2]), ZERO)
+    return unit_or(times(side, normal), ZERO)
 
 
 @kernel
 def guess(f: Feature, normal_f: Vector, g: Feature, normal_g: Vector, n: Vector) -> tuple[Vector, float]:
-    """Direction near `n` in which two features have their greatest gap, and the gap that it would be.
-
-    NaN for the gap where a face alone gives the direction.
-    """
+    """Direction near `n` in which two features have their greatest gap, and the gap that it would be."""
     for normal in (normal_f, normal_g):
         if dot(normal, normal) > 0.0:
             side = -1.0 if dot(normal, n) < 0.0 else 1.0
-            return unit_or((side * normal[0], side * normal[1], side * normal[2]), n), math.nan
+            found = unit_or(times(side, normal), n)
+            return found, gap_of(f, g, found)
     if dot(f[5], f[5]) > 0.0 and dot(g[5], g[5]) > 0.0:
         normal = across(f[5], g[5], n)
         if dot(normal, normal) > 0.0:
@@ -106,7 +121,26 @@ def better_along(a: Row, b: Row, n: Vector, best: float, direction: Vector) -> t
 
 
 @kernel
-def polish(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vector, float]:
+def residual(f: Feature, g: Feature, x: Vector, y: Vector, gap: float, n: Vector) -> float:
+    """How far two features are from having points gap·n apart; infinite where that has to be found out otherwise.
+
+    At most one of them may have an edge, of which x or y is one end.
+    """
+    rest = along(minus(y, x), -gap, n)
+    e = f[5] if dot(f[5], f[5]) > 0.0 else times(-1.0, g[5])
+    square = dot(e, e)
+    if square > 0.0:
+        if dot(f[5], f[5]) > 0.0 and dot(g[5], g[5]) > 0.0:
+            return math.inf
+        t = dot(rest, e) / square
+        if t < 0.0 or t > 1.0:
+            return math.inf
+        rest = along(rest, -t, e)
+    return length(rest)
+
+
+@kernel
+def polish(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vector, float, float]:
     """Improve a direction by the features at which support points of both bodies lie.
 
     Parameters
@@ -120,18 +154,23 @@ def polish(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vect
 
     Returns
     -------
-    gap, direction, doubt
-        The greatest gap found and its direction; how much less the gap along the guessed direction is than the
-        features promise: 0 up to rounding where the guess was right.
+    gap, direction, doubt, rest
+        The gap g(n) along the direction that follows, and the direction; how much more the features promise: 0 up
+        to rounding where they were guessed rightly; and how far they are from having points gap·n apart, which
+        makes the gap a local maximum: infinite where that was not found out.
     """
     (f, normal_f), (g, normal_g) = feature(a, x), feature(b, y)
     found, promised = guess(f, normal_f, g, normal_g, n)
     gap = gap_along(a, b, found)
-    doubt = 0.0 if math.isnan(promised) else promised - gap
-    best, direction = better_along(a, b, n, gap, found)
+    rest = math.inf
+    if dot(normal_f, normal_f) == 0.0 and dot(normal_g, normal_g) == 0.0:
+        rest = residual(f, g, moved(a, x[0], found), moved(b, y[0], opposite(found)), gap, found)
+    best, direction = gap, found
     for row in (a, b):
         if row[KIND] == CYLINDER:
             axis = three(row, AXES + 6)
-            side = -1.0 if dot(axis, n) < 0.0 else 1.0
-            best, direction = better_along(a, b, (side * axis[0], side * axis[1], side * axis[2]), best, direction)
-    return best, direction, doubt
+            cap = times(-1.0 if dot(axis, n) < 0.0 else 1.0, axis)
+            there = gap_along(a, b, cap)
+            if there > best:
+                best, direction, rest = there, cap, math.inf
+    return best, direction, promised - gap, rest

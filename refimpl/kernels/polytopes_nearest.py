@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from . import kernel
 from .polytopes import Row, Scratch, farthest, lowest, vertex
-from .vectors import Vector, along, cross, dot, minus, opposite, times, unit_or, without
+from .vectors import Vector, along, cross, dot, length, minus, opposite, times, unit_or, without
 
 ENTRY = 7
 """A vertex of the simplex: its indices in A and B, the difference b − a (3), its weight, and a wished weight."""
@@ -51,14 +51,26 @@ def _wish_on_edge(s: Scratch) -> bool:
 
 
 @kernel
+def _square_of_edge(s: Row, i: int, j: int) -> float:
+    e = minus(_point(s, j), _point(s, i))
+    return dot(e, e)
+
+
+@kernel
+def _by_edges(s: Row, i: int, j: int, k: int) -> tuple[int, int, int]:
+    """Corners of a triangle, turned so that the edge from the first to the second is the shortest."""
+    ij, jk, ki = _square_of_edge(s, i, j), _square_of_edge(s, j, k), _square_of_edge(s, k, i)
+    if jk < ij and jk <= ki:
+        return j, k, i
+    if ki < ij:
+        return k, i, j
+    return i, j, k
+
+
+@kernel
 def _wish_on_triangle(s: Scratch, l: int, m: int, n: int) -> bool:
     """Gram and Schmidt from the end of the shortest edge: so a needle loses no digits across its length."""
-    s01, s12, s20 = _square_of_edge(s, l, m), _square_of_edge(s, m, n), _square_of_edge(s, n, l)
-    i, j, k = l, m, n
-    if s12 < s01 and s12 <= s20:
-        i, j, k = m, n, l
-    elif s20 < s01:
-        i, j, k = n, l, m
+    i, j, k = _by_edges(s, l, m, n)
     base = _point(s, i)
     e, f = minus(_point(s, j), base), minus(_point(s, k), base)
     ee, fe = dot(e, e), dot(f, e)
@@ -73,12 +85,6 @@ def _wish_on_triangle(s: Scratch, l: int, m: int, n: int) -> bool:
     u = (-dot(base, e) - v * fe) / ee
     s[ENTRY * i + WISH], s[ENTRY * j + WISH], s[ENTRY * k + WISH] = (1.0 - u) - v, u, v
     return True
-
-
-@kernel
-def _square_of_edge(s: Row, i: int, j: int) -> float:
-    e = minus(_point(s, j), _point(s, i))
-    return dot(e, e)
 
 
 @kernel
@@ -174,21 +180,28 @@ def _flattened(s: Scratch, least: float) -> bool:
 
 
 @kernel
-def _towards(s: Row, k: int, w: Vector) -> tuple[Vector, float]:
-    """Unit normal of a simplex with the foot `w`, pointing away from 0, and the distance of its span from 0.
+def _towards(s: Row, k: int, close: float) -> tuple[Vector, float]:
+    """Unit vector from 0 to the foot on a simplex's span, and their distance.
 
     The foot is a sum that is small where the bodies nearly touch, and mostly noise then. The edges are not: so the
-    normal is taken at right angles to them.
+    vector is taken at right angles to them, unless they are so nearly parallel that it misses the foot.
     """
-    n = unit_or(w, (1.0, 0.0, 0.0))
-    base = _point(s, 0)
+    w = _mean(s, k)
+    foot = length(w)
+    straight = unit_or(w, (1.0, 0.0, 0.0))
+    if k == 1:
+        return straight, foot
     if k == 2:
-        n = unit_or(without(n, minus(_point(s, 1), base)), n)
-    elif k == 3:
-        e, f = minus(_point(s, 1), base), minus(_point(s, 2), base)
-        ee, ff = dot(e, e), dot(f, f)
-        n = unit_or(cross(e, without(f, e)), n) if ee < ff else unit_or(cross(without(e, f), f), n)
+        base = _point(s, 0)
+        n = unit_or(without(straight, minus(_point(s, 1), base)), straight)
+    else:
+        i, j, m = _by_edges(s, 0, 1, 2)
+        base = _point(s, i)
+        e = minus(_point(s, j), base)
+        n = unit_or(cross(e, without(minus(_point(s, m), base), e)), straight)
     h = dot(n, base)
+    if abs(abs(h) - foot) > 16.0 * close:
+        return straight, foot
     if h < 0.0:
         return opposite(n), -h
     return n, h
@@ -237,10 +250,10 @@ def nearest(
     vector, float
         The unit direction from the nearest point of A to that of B, and their distance.
     """
-    w = _add(a, b, shift, farthest(a, start), lowest(b, start), 0, s)
+    _add(a, b, shift, farthest(a, start), lowest(b, start), 0, s)
     s[WEIGHT] = 1.0
     k = 1
-    n, h = _towards(s, k, w)
+    n, h = _towards(s, k, close)
     for _ in range(MOST_STEPS):
         if h <= close:
             break
@@ -260,7 +273,7 @@ def nearest(
         if status == MEETING:
             return MEETING, 4, n, 0.0
         if status == APART:
-            n, h = _towards(s, k, _mean(s, k))
+            n, h = _towards(s, k, close)
         if status == STOPPED or h >= before:
             k, n, h = kept, point, before
             for at in range(ENTRY * k):

@@ -114,6 +114,13 @@ def separation(
 
 
 @kernel
+def write(answer: Scratch, sigma: float, n: Vector, x: Vector, y: Vector) -> None:
+    """Put an answer into its row."""
+    answer[0], answer[1], answer[2], answer[3] = sigma, n[0], n[1], n[2]
+    answer[4], answer[5], answer[6], answer[7], answer[8], answer[9] = x[0], x[1], x[2], y[0], y[1], y[2]
+
+
+@kernel
 def separations(
     geometries_a: Sequence[Row],
     which_a: Sequence[int],
@@ -134,6 +141,4 @@ def separations(
         sigma, n, x, y = separation(
             geometries_a[which_a[i]], pose, geometries_b[which_b[i]], poses_b[i], a, b, s, listed
         )
-        x, y = plus(origin, x), plus(origin, y)
-        answer[0], answer[1], answer[2], answer[3] = sigma, n[0], n[1], n[2]
-        answer[4], answer[5], answer[6], answer[7], answer[8], answer[9] = x[0], x[1], x[2], y[0], y[1], y[2]
+        write(answer, sigma, n, plus(origin, x), plus(origin, y))

@@ -139,13 +139,17 @@ class Corners(Body):
         return total
 
 
+def exactly(mix: Mix) -> Weights:
+    """Weights as a certificate says them, without rounding."""
+    return tuple((i, weight) for i, weight in mix if weight)
+
+
 class Vertices(Corners):
     """A polytope given by vertices: a certificate says a point by their weights."""
 
     def place(self, point: Vector, mix: Mix = ()) -> Place:  # noqa: ARG002
         largest = max(weight for _, weight in mix)
-        rounded = [(i, float(Fraction(weight) / largest)) for i, weight in mix]
-        return tuple((i, weight) for i, weight in rounded if weight > 0)
+        return exactly([(i, float(Fraction(weight) / largest)) for i, weight in mix])
 
 
 class Planes(Corners):
@@ -178,11 +182,14 @@ class Planes(Corners):
         normals, k = self._unit[triples, :3], self._unit[triples, 3]
         volumes = np.einsum("ij,ij->i", normals[:, 0], np.cross(normals[:, 1], normals[:, 2]))
         triples, normals, k, volumes = (x[np.abs(volumes) > 1e-14] for x in (triples, normals, k, volumes))
-        points = -(
-            k[:, :1] * np.cross(normals[:, 1], normals[:, 2])
-            + k[:, 1:2] * np.cross(normals[:, 2], normals[:, 0])
-            + k[:, 2:] * np.cross(normals[:, 0], normals[:, 1])
-        ) / volumes[:, None]
+        points = (
+            -(
+                k[:, :1] * np.cross(normals[:, 1], normals[:, 2])
+                + k[:, 1:2] * np.cross(normals[:, 2], normals[:, 0])
+                + k[:, 2:] * np.cross(normals[:, 0], normals[:, 1])
+            )
+            / volumes[:, None]
+        )
         worst = np.max(points @ self._unit[:, :3].T + self._unit[:, 3], axis=1)
         slack = NEAR * (np.max(np.abs(self._unit[:, 3])) + np.max(np.abs(points), axis=1))
         chosen: list[tuple[int, ...]] = triples[worst <= slack].tolist()
@@ -190,6 +197,11 @@ class Planes(Corners):
 
     def normals(self) -> list[Vector]:
         return [_placed(plane[:3], (0, 0, 0), self.columns) for plane in self.planes]
+
+    def levels(self) -> list[Fraction]:
+        """Offset k of each plane in the world: normal·x + k ≤ 0."""
+        pairs = zip(self.normals(), self.planes, strict=True)
+        return [plane[3] - dot(normal, self.position) for normal, plane in pairs]
 
     def faces(self, n: Vector) -> Weights:
         local = tuple(dot(column, n) for column in self.columns)

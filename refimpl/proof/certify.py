@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 
-from refimpl.proof import convex
+from refimpl.proof import convex, rays_curved, rays_polytopes
+from refimpl.proof.bodies import Corners, Planes, Vertices, body, exactly
 from refimpl.proof.checker import (
     Bound,
     Certificate,
@@ -16,14 +17,29 @@ from refimpl.proof.checker import (
     Escape,
     Inscribed,
     Near,
+    Place,
     Separated,
+    Weights,
     check,
 )
+from refimpl.proof.convex import exact_nearest
 from refimpl.proof.exact import Features, features
-from refimpl.proof.points import Vector, along, dot, minus, opposite, root
+from refimpl.proof.points import Vector, along, dot, minus, opposite, rationals, root
 from refimpl.proof.rational import InvalidCertificate, Number
-from refimpl.proof.rays import Miss, cast
-from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, UnsupportedOperation
+from refimpl.proof.rays import Hit, Miss, cast
+from refimpl.shapes import (
+    AABB,
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Point,
+    Proxy,
+    Ray,
+    Sphere,
+    UnsupportedOperation,
+)
 
 SIMPLE = Point | Sphere | Capsule | HalfSpace | AABB | Box
 """Hulls of a few points and half-spaces: searched exactly from beginning to end."""
@@ -83,7 +99,7 @@ def mirrored(certificate: Certificate) -> Certificate:
             case Escape(n, faces):
                 claims.append(Escape(opposite(n), faces[::-1]))
             case Inscribed(p, columns, q, others, radius, shares):
-                claims.append(Inscribed(q, others, p, columns, radius, shares[::-1]))
+                claims.append(Inscribed(q, others, p, columns, radius, (shares[1], shares[0], shares[2])))
             case Near(p, q):
                 claims.append(Near(q, p))
             case Core(pairs, triangles, directions):
@@ -199,11 +215,12 @@ def _exact_claims(found: Features, radius_a: Fraction, radius_b: Fraction) -> tu
 
 def _time_claims(ray: Ray, shape: Proxy) -> tuple[Claim, ...]:
     """Make claims about the first hit: in doubles, or in exact numbers where those do not prove it."""
-    found = cast(ray, shape)
+    found, faces, place = _cast(ray, shape)
     if isinstance(found, Miss):
-        return (_first_proven((Separated(n) for n in _directions(found.normal)), ray, shape),)
+        ways = ((n, faces(n)) for n in _directions(found.normal))
+        return (_first_proven((Separated(n, None, ((), of_b)) for n, of_b in ways), ray, shape),)
     late: list[Number] = [*_near_doubles(found.high, round_up(found.high)), found.high, found.within]
-    inside = _first_proven((Common(None, time) for time in late), ray, shape)
+    inside = _first_proven((Common(place(Fraction(time)), time) for time in late), ray, shape)
     if found.high == 0:
         return (inside,)
     before = round_down(found.low)
@@ -212,8 +229,38 @@ def _time_claims(ray: Ray, shape: Proxy) -> tuple[Claim, ...]:
         found.low,
         found.low * (1 - Fraction(1, 1 << 100)),  # for where the ray grazes, and has no direction at the hit itself
     ]
-    outside = (Separated(n, time) for time in early for n in _directions(found.normal(Fraction(time))))
+    ways = ((n, time) for time in early for n in _directions(found.normal(Fraction(time))))
+    outside = (Separated(n, time, ((), faces(n))) for n, time in ways)
     return _first_proven(outside, ray, shape), inside
+
+
+def _cast(ray: Ray, shape: Proxy) -> tuple[Hit | Miss, Callable[[Vector], Weights], Callable[[Fraction], Place | None]]:
+    """Find the first hit; what a claim needs to know of the solid's planes; and how it says where the ray is."""
+    origin, way = rationals(ray.origin), rationals(ray.direction)
+
+    def no_faces(_: Vector) -> Weights:
+        return ()
+
+    def no_place(_: Fraction) -> None:
+        return None
+
+    if isinstance(shape, SIMPLE):
+        return cast(ray, shape), no_faces, no_place
+    if isinstance(shape, Cylinder):
+        return rays_curved.cylinder(origin, way, shape), no_faces, no_place
+    if isinstance(shape, Ellipsoid):
+        return rays_curved.ellipsoid(origin, way, shape), no_faces, no_place
+    solid = body(shape)
+    if isinstance(solid, Planes):
+        faces = lambda n: solid.faces(opposite(tuple(Fraction(c) for c in n)))  # noqa: E731
+        return rays_polytopes.planes(origin, way, solid), faces, no_place
+    assert isinstance(solid, Vertices)
+
+    def place(time: Fraction) -> Place | None:
+        found, (_, mix) = exact_nearest(Corners([along(origin, time, way)]), solid)
+        return None if any(found.normal) else exactly(mix)
+
+    return rays_polytopes.hull(origin, way, solid)[0], no_faces, place
 
 
 def _near_doubles(time: Fraction, *candidates: float) -> list[float]:

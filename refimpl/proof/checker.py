@@ -32,7 +32,6 @@ from refimpl.proof.rational import (
     direction,
     dot,
     index,
-    is_positive,
     items,
     minus,
     number,
@@ -40,7 +39,7 @@ from refimpl.proof.rational import (
     vector,
     whole,
 )
-from refimpl.proof.sets import Half, Line, Round, Solid, read
+from refimpl.proof.sets import Half, Line, Round, Solid, ball_in_ball, read
 
 Bound: TypeAlias = Fraction | float  # a float only for ±∞
 Weights: TypeAlias = tuple[tuple[int, Number], ...]
@@ -106,12 +105,12 @@ class Core:
 
 @dataclass(frozen=True)
 class Inscribed:
-    """σ ≤ ‖a − b‖ − r − r_A − r_B: the cores hold ellipsoids around `a` and `b` whose difference holds a ball of r.
+    """σ ≤ −r − r_A − r_B: the cores hold ellipsoids whose difference holds the ball of `radius` r around 0.
 
     The ellipsoid in A is {a + P u : ‖u‖ ≤ 1}, with P's three columns in `p`; the one in B likewise, with Q's in `q`.
-    So A ⊖ B holds a − b + (P − Q) u for all ‖u‖ ≤ 1, and that holds the ball of radius r around a − b when
-    (P − Q)(P − Q)ᵀ − r² is positive semidefinite. `shares` are numbers that show each ellipsoid to lie in its core,
-    where this takes one: see `sets`. This is what proves depths that whole circles or spheres of directions share.
+    So A ⊖ B holds a − b + (P − Q) u for all ‖u‖ ≤ 1. The `shares` are the numbers by which `sets.ball_in_ball` sees
+    that the first lies in A, the second in B, and the ball in the third. This is what proves depths that whole
+    circles or spheres of directions share, which a polytope only approaches.
     """
 
     a: Place
@@ -119,7 +118,7 @@ class Inscribed:
     b: Place
     q: tuple[Vector, Vector, Vector]
     radius: Number
-    shares: tuple[Number, Number]
+    shares: tuple[Number, Number, Number]
 
 
 Claim: TypeAlias = Separated | Escape | Near | Common | Core | Inscribed
@@ -188,13 +187,18 @@ def _core(claim: Core, a: Solid, b: Solid) -> Bound:
         bound = root(dot(points[0], points[0]))[1] + outside - a.radius - b.radius
     else:
         bound = outside - root(_polytope(points, claim.triangles))[0] - a.radius - b.radius
-    return _meeting(bound)
+    if bound > 0:
+        raise InvalidCertificate("pairs: they do not prove that the shapes meet")
+    return bound
 
 
 def _inscribed(claim: Inscribed, a: Solid, b: Solid) -> Bound:
-    """Upper bound of σ from ellipsoids in the cores."""
+    """Upper bound of σ from ellipsoids in the cores.
+
+    The ball of radius r lies in {d + M u : ‖u‖ ≤ 1} if ‖M⁻¹(r w − d)‖ ≤ 1 for all ‖w‖ ≤ 1.
+    """
     centres, maps = [], []
-    shares = vector(claim.shares, "shares", 2)
+    *shares, last = vector(claim.shares, "shares", 3)
     for shape, place, columns, share in zip((a, b), (claim.a, claim.b), (claim.p, claim.q), shares, strict=True):
         centre = shape.member(place)[0]
         matrix = [vector(column, "columns") for column in items(columns, "columns", 3)]
@@ -203,17 +207,15 @@ def _inscribed(claim: Inscribed, a: Solid, b: Solid) -> Bound:
         centres.append(centre)
         maps.append(matrix)
     across, radius = minus(*centres), number(claim.radius, "radius")
-    rows = list(zip(*(minus(u, v) for u, v in zip(*maps, strict=True)), strict=True))
-    form = [[dot(u, v) - radius * radius * (i == j) for j, v in enumerate(rows)] for i, u in enumerate(rows)]
-    if radius < 0 or not is_positive(form):
-        raise InvalidCertificate("radius: larger than the difference of the ellipsoids shows")
-    return _meeting(root(dot(across, across))[1] - radius - a.radius - b.radius)
-
-
-def _meeting(bound: Fraction) -> Fraction:
-    if bound > 0:
-        raise InvalidCertificate("the claim does not prove that the shapes meet")
-    return bound
+    u, v, w = (minus(*columns) for columns in zip(*maps, strict=True))
+    rows, volume = [cross(v, w), cross(w, u), cross(u, v)], dot(u, cross(v, w))  # of M⁻¹, times det M
+    if radius < 0 or volume == 0:
+        raise InvalidCertificate("radius: negative, or of a ball in a flat set")
+    centre = [-dot(row, across) / volume for row in rows]
+    columns = [[radius * row[axis] / volume for row in rows] for axis in range(3)]
+    if not ball_in_ball(centre, columns, Fraction(1), last):
+        raise InvalidCertificate("radius: the ball is not proven to lie in the difference of the ellipsoids")
+    return -radius - a.radius - b.radius
 
 
 def _times(claim: Claim, a: Solid | Line, b: Solid | Line) -> tuple[Bound, Bound]:

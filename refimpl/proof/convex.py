@@ -10,13 +10,15 @@ from refimpl.proof.bodies import Body, Corners, Mix, Vertices, body, doubles
 from refimpl.proof.checker import Bound, Claim, Common, Core, Escape, Near, Place, Separated, bounds_of
 from refimpl.proof.exact import Difference, Features, pyramid
 from refimpl.proof.exact import nearest as exactly_nearest
+from refimpl.proof.inscribed import inscribed
 from refimpl.proof.points import Vector, along, cross, dot, minus, opposite, root
 from refimpl.proof.rational import InvalidCertificate
-from refimpl.proof.search import Grid, Meeting, deepest, nearest
+from refimpl.proof.search import MANY, VERTICES, Grid, Meeting, deepest, nearest
 from refimpl.proof.sets import read
 from refimpl.shapes import HalfSpace, Proxy, UnsupportedOperation
 
 ENOUGH = Fraction(1, 1 << 47)  # of the scene; proposals stop when the interval is as narrow as this
+FAIR = Fraction(1, 1 << 36)  # as narrow as is worth a large polytope
 TURN = 0.02  # sine of the angle up to which the normal of a flat part competes with the direction found
 
 
@@ -68,7 +70,7 @@ class Search:
         a, b = self.bodies
         if not isinstance(a, Corners) or not isinstance(b, Corners):
             return
-        self.found, mixes = _exact_nearest(a, b)
+        self.found, mixes = exact_nearest(a, b)
         self.touch((self.found.pairs[0], mixes))
         if any(self.found.normal):
             self.across([self.found.normal])
@@ -82,9 +84,20 @@ class Search:
         if found.normals:
             self.across([*found.normals, *self._flat(found.normals)])
         if self.lower[0] < -self.radius:
-            deep = deepest(grid)
+            self._depth(grid)
+
+    def _depth(self, grid: Grid) -> None:
+        """Bodies that meet: a polytope; for circles of directions an ellipsoid, or else a larger polytope."""
+        for vertices in (VERTICES, MANY):
+            deep = deepest(grid, vertices)
             self.across([*deep.normals, *self._flat(deep.normals)])
             self.inside(deep)
+            if deep.closed:
+                return
+            for claim in inscribed(self.shapes, self.bodies, _plain(deep.normals[0])):
+                self.propose_upper(claim)
+            if self.upper[0] - self.lower[0] <= FAIR * self.size:
+                return
 
     def _reference(self) -> None:
         """What the pair table answers: as good a proposal as any."""
@@ -177,7 +190,7 @@ def _plain(n: Vector) -> Vector:
     return doubles((Fraction(n[0]) / largest, Fraction(n[1]) / largest, Fraction(n[2]) / largest))
 
 
-def _exact_nearest(a: Corners, b: Corners) -> tuple[Features, tuple[Mix, Mix]]:
+def exact_nearest(a: Corners, b: Corners) -> tuple[Features, tuple[Mix, Mix]]:
     """Nearest points of two hulls, exactly, on the few corners that matter."""
     chosen: tuple[list[int], list[int]] = ([0], [0])
     while True:

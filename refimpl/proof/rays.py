@@ -50,7 +50,8 @@ def cast(ray: Ray, shape: Proxy) -> Hit | Miss:
     return _tube(origin, way, points[0], points[-1], radius)
 
 
-def _moment(time: Fraction, normal: Vector) -> Hit:
+def moment(time: Fraction, normal: Vector) -> Hit:
+    """Give a hit at a rational time, at a plane."""
     return Hit(time, time, time, lambda _: normal)
 
 
@@ -60,7 +61,7 @@ def _plane(origin: Vector, way: Vector, half: HalfSpace) -> Hit | Miss:
     height = dot(n, origin) + k
     if height > 0 and dot(n, way) >= 0:
         return Miss(inwards)
-    return _moment(-height / dot(n, way) if height > 0 else Fraction(0), inwards)
+    return moment(-height / dot(n, way) if height > 0 else Fraction(0), inwards)
 
 
 def _slabs(origin: Vector, way: Vector, box: AABB | Box) -> Hit:
@@ -74,7 +75,7 @@ def _slabs(origin: Vector, way: Vector, box: AABB | Box) -> Hit:
             entry = (dot(inwards, minus(centre, origin)) - h) / abs(rate)
             if entry > last:
                 last, normal = entry, inwards
-    return _moment(last, normal)
+    return moment(last, normal)
 
 
 def _tube(origin: Vector, way: Vector, p: Vector, q: Vector, radius: Fraction) -> Hit:

@@ -21,14 +21,13 @@ class Quadratic(NamedTuple):
     c: Fraction
 
     def at(self, t: Fraction) -> Fraction:
+        """Value at a time."""
         return (self.a * t + 2 * self.b) * t + self.c
 
     def entry(self) -> tuple[Fraction, Fraction]:
-        """Enclose the first of the two roots, both positive or of any sign; a > 0 and the discriminant ≥ 0."""
+        """Enclose the first of two positive roots."""
         low, high = root(self.b * self.b - self.a * self.c)
-        if self.b < 0:  # without cancellation
-            return self.c / (high - self.b), self.c / (low - self.b)
-        return (-self.b - high) / self.a, (-self.b - low) / self.a
+        return self.c / (high - self.b), self.c / (low - self.b)
 
 
 def ellipsoid(origin: Vector, way: Vector, shape: Ellipsoid) -> Hit | Miss:
@@ -70,7 +69,9 @@ def cylinder(origin: Vector, way: Vector, shape: Cylinder) -> Hit | Miss:
         return opposite(across(along(start, time, way)))
 
     height, climb = dot(start, axis), dot(way, axis)
-    up = axis if climb > 0 or (climb == 0 and height < 0) else opposite(axis)  # into the first cap, for a ray that hits it
+    up = (
+        axis if climb > 0 or (climb == 0 and height < 0) else opposite(axis)
+    )  # into the first cap, for a ray that hits it
     if climb == 0:
         if not 0 <= height <= square:
             return Miss(up)

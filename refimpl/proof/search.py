@@ -20,7 +20,7 @@ GRID = 62  # bits of the largest coordinate on the grid
 NARROW = 50  # the search for the nearest points ends at an interval of 2^-50 of the scene
 DEEP = 38  # the search for the depth at 2^-38, about 4e-12
 STEPS = 60
-VERTICES = 160  # of a polytope; where this does not do, whole circles of directions compete
+VERTICES, MANY = 120, 1000  # of a polytope; where the fewer do not do, large circles of directions compete
 
 
 class Vertex(NamedTuple):
@@ -69,7 +69,10 @@ class Grid:
         total = sum(weights)
         unit = Fraction(2) ** -self.shift / total
         ends = []
-        for points, numbers in (([v.a for v in vertices], [v.i for v in vertices]), ([v.b for v in vertices], [v.j for v in vertices])):
+        for points, numbers in (
+            ([v.a for v in vertices], [v.i for v in vertices]),
+            ([v.b for v in vertices], [v.j for v in vertices]),
+        ):
             mean: Vector = (Fraction(0),) * 3
             for point, weight in zip(points, weights, strict=True):
                 mean = along(mean, weight * unit, point)
@@ -107,14 +110,14 @@ def nearest(grid: Grid) -> Meeting:
     return Meeting([normal], [grid.pair(simplex, weights)])
 
 
-def deepest(grid: Grid) -> Meeting:
+def deepest(grid: Grid, vertices: int = VERTICES) -> Meeting:
     """Search for the nearest boundary around 0 (van den Bergen 2001)."""
     found, normal = independent(grid)  # type: ignore[arg-type]
     if len(found) < 4:
         return Meeting([normal, opposite(normal)], [])
     polytope = Polytope(grid, found)  # type: ignore[arg-type]
     best, way, closed = math.inf, found[0].y, False
-    while len(polytope.vertices) < VERTICES:
+    while len(polytope.vertices) < vertices:
         facet = polytope.nearest_facet()
         new = grid.support(facet.normal)
         rate = _rate(facet.normal, new.y)

@@ -43,7 +43,7 @@ def _beyond(square: Fraction, radius: Fraction) -> Fraction:
     return NONE if square <= radius * radius else root(square)[1] - radius
 
 
-def _ball_in_ball(centre: Exact, columns: Sequence[Exact], square: Fraction, share: Fraction) -> bool:
+def ball_in_ball(centre: Exact, columns: Sequence[Exact], square: Fraction, share: Fraction) -> bool:
     """Whether ‖centre + Σ uᵢ·columnᵢ‖² ≤ square for all ‖u‖ ≤ 1.
 
     It is when square − ‖centre + P u‖² − share·(1 − ‖u‖²) ≥ 0 for all u, for some share ≥ 0. As a quadratic form in
@@ -210,7 +210,7 @@ class Ellipsoid(NamedTuple):
         squares = [dot(axis, axis) for axis in self.axes]
         local = [[dot(way, axis) / s for axis, s in zip(self.axes, squares, strict=True)] for way in (start, *columns)]
         scaled = [[self.unit * c for c in column] for column in local[1:]]
-        return _ball_in_ball(local[0], scaled, Fraction(1), share)
+        return ball_in_ball(local[0], scaled, Fraction(1), share)
 
 
 class Cylinder(NamedTuple):
@@ -245,7 +245,7 @@ class Cylinder(NamedTuple):
         if room < 0 or 4 * sum(dot(column, self.way) ** 2 for column in columns) > room * room:
             return False
         aside = [self._across(column) for column in columns]
-        return _ball_in_ball(self._across(offset), aside, self.breadth * self.breadth, share)
+        return ball_in_ball(self._across(offset), aside, self.breadth * self.breadth, share)
 
 
 class Line(NamedTuple):

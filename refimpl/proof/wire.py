@@ -135,9 +135,9 @@ def _faces(data: Any, what: str) -> tuple[Weights, Weights]:
     return _weights(of_a, what), _weights(of_b, what)
 
 
-def _shares(data: Any, what: str) -> tuple[Number, Number]:
-    of_a, of_b = (_number(share, what) for share in _items(data, what, 2))
-    return of_a, of_b
+def _shares(data: Any, what: str) -> tuple[Number, Number, Number]:
+    of_a, of_b, of_both = (_number(share, what) for share in _items(data, what, 3))
+    return of_a, of_b, of_both
 
 
 def _place(data: Any, what: str) -> Place:

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from refimpl.hulls import Hull, hull_of_box
 from refimpl.linear import Array, apply_inverse, rotation_matrix, scale
 from refimpl.proxy import UnsupportedOperation, as_offset, turned, turned_frame, vector
-from refimpl.shapes.polytopes import ConvexPolyhedron, Polytope
+from refimpl.shapes.polytope import Polytope
+from refimpl.shapes.polytopes import ConvexPolyhedron
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import dataclass
 from hashlib import blake2b
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from refimpl.hulls import Hull, hull_of_planes, hull_of_vertices
 from refimpl.intervals import sum_rounded
 from refimpl.linear import Array, apply, as_floats, dot, largest, power_of_two, rotation_matrix, scale
-from refimpl.proxy import Proxy, ShapeError, as_offset, as_quaternion, rows, shifted, turned, turned_frame, vector
+from refimpl.proxy import ShapeError, as_offset, as_quaternion, rows, shifted, turned, turned_frame, vector
+from refimpl.shapes.polytope import Polytope, middle_of_corners
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 AXES = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
@@ -25,62 +26,6 @@ USUAL_DIRECTIONS = {
     18: np.array(AXES + EDGES, dtype=np.float64),
     26: np.array(AXES + CORNERS + EDGES, dtype=np.float64),
 }
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Polytope(Proxy):
-    """What the solids with flat faces share: corners, faces and edges, derived once and kept."""
-
-    @property
-    def hull(self) -> Hull:
-        """Corners, outward unit planes and edges, in the polytope's own frame; see `refimpl.hulls.Hull`."""
-        if "_hull" not in self.__dict__:
-            object.__setattr__(self, "_hull", self._derived())
-        found: Hull = self.__dict__["_hull"]
-        return found
-
-    def _derived(self) -> Hull:
-        raise NotImplementedError
-
-    def _with_hull_of(self, other: Polytope, change: Callable[[Hull], Hull]) -> Self:
-        """Take over what another polytope has derived, changed as this one was made from that one."""
-        if "_hull" in other.__dict__:
-            object.__setattr__(self, "_hull", change(other.hull))
-        return self
-
-    def _mapped(self, change: Callable[[Array, int], Array]) -> Self:
-        return super()._mapped(change)._with_hull_of(self, lambda hull: hull.mapped(change))
-
-    def times_power(self, exponent: Any) -> Self:
-        """Scale by 2^exponent, exactly, and with it what has been derived."""
-        return super().times_power(exponent)._with_hull_of(self, lambda hull: hull.times_power(exponent))
-
-    @property
-    def vertices(self) -> Array:
-        """Corners (..., m, 3), in the polytope's own frame."""
-        return self.hull.vertices
-
-    @property
-    def planes(self) -> Array:
-        """Faces (..., f, 4): outward unit normals and offsets, normal·x + offset ≤ 0, in the polytope's own frame."""
-        return self.hull.planes
-
-    def _derive_now(self) -> None:
-        """Derive the hull, so that an empty or unbounded set is refused when it is built."""
-        try:
-            _ = self.hull
-        except ShapeError as error:
-            raise ShapeError(f"{type(self).__name__}: {error}") from None
-
-
-def _middle_of_corners(hull: Hull) -> Array:
-    """Mean of the corners, which lies in the hull; a repeated last corner, which fills up a batch, counts once."""
-    v = hull.vertices
-    counts = np.ones(v.shape[:-1])
-    counts[..., 1:] = np.any(v[..., 1:, :] != v[..., :-1, :], axis=-1)
-    number = np.cumsum(counts, axis=-1)[..., -1]
-    shares = counts / number[..., None]
-    return np.asarray(np.cumsum(shares[..., None] * v, axis=-2)[..., -1, :])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -125,7 +70,7 @@ class KDOP(Polytope):
     @property
     def reference_point(self) -> Array:
         """The mean of the corners."""
-        return _middle_of_corners(self.hull)
+        return middle_of_corners(self.hull)
 
     @classmethod
     def around(cls, points: ArrayLike, k: int = 26) -> Self:
@@ -180,9 +125,9 @@ class KDOP(Polytope):
         """Scale by 2^exponent; the directions are brought to about 1."""
         own = power_of_two(largest(self.directions))
         power = np.asarray(exponent)[..., None] - own
-        return self._trusted(
-            shifted(self.directions, -own, 1), np.ldexp(self.lower, power), np.ldexp(self.upper, power)
-        )
+        lower, upper = np.ldexp(self.lower, power), np.ldexp(self.upper, power)
+        made = self._trusted(shifted(self.directions, -own, 1), lower, upper)
+        return made._with_hull_of(self, lambda hull: hull.times_power(exponent))
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -270,12 +215,12 @@ class ConvexPolyhedron(Polytope):
     @property
     def magnitude(self) -> Array:
         """Largest absolute coordinate of the position, or of a corner in its own frame."""
-        return np.maximum(largest(self.position), np.max(np.abs(self.hull.vertices), axis=(-2, -1)))
+        return np.asarray(np.maximum(largest(self.position), np.max(np.abs(self.hull.vertices), axis=(-2, -1))))
 
     @property
     def reference_point(self) -> Array:
         """The mean of the corners."""
-        return np.asarray(self.position + apply(rotation_matrix(self.rotation), _middle_of_corners(self.hull)))
+        return np.asarray(self.position + apply(rotation_matrix(self.rotation), middle_of_corners(self.hull)))
 
     def identity(self) -> tuple[tuple[Hashable, ...], Array]:
         """Sizes, and rows of the pose and of a digest of the planes or vertices."""

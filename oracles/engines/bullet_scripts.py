@@ -1,0 +1,134 @@
+"""Scripts that ask PyBullet alone for one scene, with the calls that `bullet_world` makes."""
+
+from __future__ import annotations
+
+from oracles.engine import Row
+from oracles.engines import geometry
+from oracles.engines.bullet_shapes import COMPOUND, HULL, MESH, PLANE, Placed, compound_arguments, ray_at, ray_end
+from oracles.engines.bullet_world import FAR, SURFACES
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
+
+SCRIPT = '''"""Bullet: {query} of {A} (a) and {B} (b)."""
+
+from importlib.metadata import version
+
+import pybullet
+
+print("pybullet", version("pybullet"))
+pybullet.connect(pybullet.DIRECT)
+{body}'''
+
+
+def script(query: str, names: tuple[str, str], ray: Row, a: list[Placed], b: list[Placed]) -> str:
+    """Write the script; `a` is empty for a ray, and `ray` for anything else."""
+    if query == RAYCAST:
+        body = _cast(ray, b)
+    elif query == CONTACTS:
+        body = _contacts(a, b)
+    else:
+        body = _closest(query, a, b)
+    return SCRIPT.format(query=query, A=names[0], B=names[1], body=body)
+
+
+def _shape(placed: Placed) -> str:
+    """Python text that makes the collision shape."""
+    if placed.geometry == HULL:
+        points = geometry.vertices(placed.key).tolist()
+        return f"pybullet.createCollisionShape(\n    pybullet.GEOM_MESH, vertices={points!r}\n)"
+    if placed.geometry == MESH:
+        vertices, triangles = geometry.mesh(placed.key)
+        corners = f"vertices={vertices.tolist()!r},\n    indices={triangles.ravel().tolist()!r}"
+        flags = "flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH"
+        return f"pybullet.createCollisionShape(\n    pybullet.GEOM_MESH,\n    {corners},\n    {flags},\n)"
+    if placed.geometry == COMPOUND:
+        types = ", ".join(f"pybullet.{child.geometry}" for child in placed.children)
+        sizes = "".join(f"    {name}={values!r},\n" for name, values in compound_arguments(placed).items())
+        return f"pybullet.createCollisionShapeArray(\n    shapeTypes=[{types}],\n{sizes})"
+    sizes = ", ".join(f"{key}={value!r}" for key, value in placed.sizes.items())
+    return f"pybullet.createCollisionShape(pybullet.{placed.geometry}, {sizes})"
+
+
+def _side(name: str, placed: list[Placed]) -> str:
+    """Lines that make the list of one side: shape, position, orientation, and what its radius has too much."""
+    text = f"{name} = []  # shape, position, orientation, and the part of its radius that is taken off again\n"
+    for part in placed:
+        stands = f"{part.position!r}, {part.orientation!r}, {part.extra!r}"
+        text += f"shape = {_shape(part)}\n{name}.append((shape, {stands}))\n"
+    return text
+
+
+BEST = """distance, point, extra_a, extra_b = min(found, key=lambda one: one[0])
+normal = [-u for u in point[7]]  # from a to b
+print("distance =", repr(distance))
+print("on_a =", [u - extra_a * n for u, n in zip(point[5], normal)])
+print("on_b =", [u + extra_b * n for u, n in zip(point[6], normal)])
+print("normal =", normal)
+"""
+BEST_SWAPPED = """distance, point, extra_b, extra_a = min(found, key=lambda one: one[0])
+normal = list(point[7])  # from a to b
+print("distance =", repr(distance))
+print("on_a =", [u - extra_a * n for u, n in zip(point[6], normal)])
+print("on_b =", [u + extra_b * n for u, n in zip(point[5], normal)])
+print("normal =", normal)
+"""
+
+
+def _closest(query: str, a: list[Placed], b: list[Placed]) -> str:
+    swapped = query == DISTANCE and any(part.geometry == PLANE for part in a)
+    first, second = ("b", "a") if swapped else ("a", "b")
+    text = _side("a", a) + _side("b", b)
+    if swapped:
+        text += "# The plane goes second: of shapes without bodies PyBullet returns a leading plane as B.\n"
+    text += f"""found = []
+for shape_a, at_a, turn_a, extra_a in {first}:
+    for shape_b, at_b, turn_b, extra_b in {second}:
+        points = pybullet.getClosestPoints(
+            bodyA=-1,
+            bodyB=-1,
+            distance={FAR if query == DISTANCE else 0.0},
+            collisionShapeA=shape_a,
+            collisionShapeB=shape_b,
+            collisionShapePositionA=at_a,
+            collisionShapePositionB=at_b,
+            collisionShapeOrientationA=turn_a,
+            collisionShapeOrientationB=turn_b,
+        )
+        found += [(point[8] + (extra_a + extra_b), point, extra_a, extra_b) for point in points]
+"""
+    if query == BOOLEAN:
+        return text + 'print("hit =", float(len(found) > 0))\n'
+    return text + (BEST_SWAPPED if swapped else BEST)
+
+
+def _contacts(a: list[Placed], b: list[Placed]) -> str:
+    movable = any(part.geometry in SURFACES for part in b)
+    text = _side("a", a) + _side("b", b) + _bodies("a", a, movable) + _bodies("b", b, not movable)
+    text += """pybullet.performCollisionDetection()
+found = []
+for body_a, extra_a in bodies_a:
+    for body_b, extra_b in bodies_b:
+        points = pybullet.getContactPoints(body_a, body_b)
+        found += [(point[8] + (extra_a + extra_b), point, extra_a, extra_b) for point in points]
+found = [one for one in found if one[0] <= 0]
+print("hit =", float(len(found) > 0))
+if found:
+"""
+    return text + "".join(f"    {line}\n" for line in BEST.splitlines())
+
+
+def _bodies(name: str, placed: list[Placed], movable: bool) -> str:
+    mass = float(movable and not any(part.geometry in SURFACES for part in placed))
+    made = f"(pybullet.createMultiBody({mass!r}, shape, -1, at, turn), extra)"
+    return f"bodies_{name} = [{made} for shape, at, turn, extra in {name}]\n"
+
+
+def _cast(ray: Row, b: list[Placed]) -> str:
+    end = max(ray_end(ray, part) for part in b)
+    return f"""{_side("b", b)}{_bodies("b", b, True)}end = {end!r}  # the ray is past b
+body, _, fraction, point, normal = pybullet.rayTest({ray[:3]!r}, {ray_at(ray, end)!r})[0]
+print("hit =", float(body >= 0))
+print("t =", repr(fraction * end if body >= 0 else float("inf")))
+if body >= 0:
+    print("normal =", list(normal))
+    print("point =", list(point))
+"""
