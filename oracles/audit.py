@@ -10,10 +10,10 @@ import numpy as np
 from oracles.answers import reference_answers
 from oracles.claims import Questioned
 from oracles.outcome import Kind, Severity, Verdict
-from oracles.reference import error_of
+from oracles.reference import error_of, proven
 from oracles.scene import DISTANCE, RAYCAST, Scene
 from refimpl import Proxy, Ray, distance, raycast
-from refimpl.proof import InvalidCertificate, certify, check
+from refimpl.proof import InvalidCertificate
 from refimpl.proof.certify import round_down, round_up
 from refimpl.proof.checker import Bound
 
@@ -29,8 +29,7 @@ def audit(a: Proxy, b: Proxy) -> Verdict:
     query = RAYCAST if isinstance(a, Ray) else DISTANCE
     scene = Scene(query, a, b, "audit")
     try:
-        certificate = certify(a, b)
-        lower, upper = check(certificate, a, b)
+        certificate, (lower, upper) = proven(a, b)
     except InvalidCertificate as refused:
         return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=scene)
     if isinstance(a, Ray):

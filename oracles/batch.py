@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from oracles.claims import UNIONS
 from oracles.draws import NumpyDraws
 from oracles.regimes import REGIMES
 from oracles.scene import Scene
@@ -14,8 +15,6 @@ from refimpl.linear import Array
 from refimpl.shapes import Proxy
 
 PairKey = tuple[type[Proxy], type[Proxy]]
-WITH_SHARED_PARTS = ("Polyhedron", "Composite")
-"""Types whose proxies are batched as a regime makes them: rows of numbers would lose what they share."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +67,8 @@ class Batch:
 
 
 def _form(shape: Proxy, index: int) -> tuple[int, ...]:
-    """What two proxies have in common that may be in one batch."""
-    return (-1, index) if type(shape).__name__ in WITH_SHARED_PARTS else shape.sizes
+    """What proxies have in common that may be in one batch; unions stay as a regime made them, with what they share."""
+    return (-1, index) if isinstance(shape, UNIONS) else shape.sizes
 
 
 def _joined(shapes: list[Proxy]) -> Proxy:

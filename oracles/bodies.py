@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -16,11 +15,13 @@ from refimpl.shapes import (
     KDOP,
     Box,
     Capsule,
+    Composite,
     ConvexPolyhedron,
     Cylinder,
     Ellipsoid,
     HalfSpace,
     Point,
+    Polyhedron,
     Proxy,
     Ray,
     Sphere,
@@ -75,22 +76,22 @@ class Body:
 
     def make(self, kind: type[Proxy]) -> Proxy:
         """Build a proxy of this type with this body's place, size and pose; its axis is the body's z axis."""
-        made: dict[str, Callable[[], Proxy]] = {
-            "Point": lambda: Point(self.place),
-            "Ray": lambda: Ray(self.place - scale(self.back, self._reach), scale(self.length, self._reach)),
-            "Sphere": lambda: Sphere(self.place, self.extents[:, 0]),
-            "Capsule": lambda: Capsule(self.place - self._reach, self.place + self._reach, self.extents[:, 0]),
-            "HalfSpace": lambda: HalfSpace(scale(self.length, self._axis), -self.length * dot(self._axis, self.place)),
-            "AABB": lambda: AABB(self.place - self.extents, self.place + self.extents),
-            "Box": lambda: Box(self.place, self.extents, self.rotation),
-            "KDOP": self._kdop,
-            "Ellipsoid": lambda: Ellipsoid(self.place, self.extents, self.rotation),
-            "Cylinder": lambda: Cylinder(self.place - self._reach, self.place + self._reach, self.extents[:, 0]),
-            "ConvexPolyhedron": self._hull,
-            "Polyhedron": lambda: self._solid(kind),
-            "Composite": lambda: self._composite(kind),
+        made: dict[type[Proxy], Callable[[], Proxy]] = {
+            Point: lambda: Point(self.place),
+            Ray: lambda: Ray(self.place - scale(self.back, self._reach), scale(self.length, self._reach)),
+            Sphere: lambda: Sphere(self.place, self.extents[:, 0]),
+            Capsule: lambda: Capsule(self.place - self._reach, self.place + self._reach, self.extents[:, 0]),
+            HalfSpace: lambda: HalfSpace(scale(self.length, self._axis), -self.length * dot(self._axis, self.place)),
+            AABB: lambda: AABB(self.place - self.extents, self.place + self.extents),
+            Box: lambda: Box(self.place, self.extents, self.rotation),
+            KDOP: self._kdop,
+            Ellipsoid: lambda: Ellipsoid(self.place, self.extents, self.rotation),
+            Cylinder: lambda: Cylinder(self.place - self._reach, self.place + self._reach, self.extents[:, 0]),
+            ConvexPolyhedron: self._hull,
+            Polyhedron: self._solid,
+            Composite: self._composite,
         }
-        return made[kind.__name__]()
+        return made[kind]()
 
     @property
     def _axis(self) -> Array:
@@ -122,13 +123,12 @@ class Body:
         offsets = _width(normals, self.extents) * np.concatenate([np.ones((self.draws.n, 6)), left], axis=1)
         return ConvexPolyhedron(np.concatenate([normals, -offsets[:, :, None]], axis=-1), self.place, self.rotation)
 
-    def _solid(self, kind: Any) -> Proxy:
+    def _solid(self) -> Polyhedron:
         """A mesh, of the first body's extents: the bodies of a batch share it, and stand in poses of their own."""
         vertices, triangles = solids.mesh(self.draws, self.even)
-        made: Proxy = kind(vertices * self.extents[0], triangles, self.place, self.rotation)
-        return made
+        return Polyhedron(vertices * self.extents[0], triangles, self.place, self.rotation)
 
-    def _composite(self, kind: Any) -> Proxy:
+    def _composite(self) -> Composite:
         """Parts of half the size, aside of the place; some stand turned."""
         kit = KITS[int(solids.pick(self.draws, range(len(KITS))))]
         parts = []
@@ -138,8 +138,7 @@ class Body:
             turn = self.rotation if self.even or i % 2 == 0 else quaternions(self.draws)
             piece = replace(self, place=self.place + offset, extents=self.extents * 0.5, rotation=turn)
             parts.append(piece.make(part))
-        made: Proxy = kind(parts)
-        return made
+        return Composite(parts)
 
 
 def _width(directions: Array, extents: Array) -> Array:

@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 
 from oracles.known import KnownFaults
 from oracles.outcome import Bucket, Finding, Kind, Severity, Verdict
-from oracles.scene import Scene
+from oracles.reference import QUICK
+from oracles.scene import Cell, Scene
 from oracles.words import decade_of
+from refimpl import Ray
 
 KEY = tuple[str, str, str, str, int | None, str | None]
 
@@ -24,21 +26,23 @@ def clumsiness_of_scene(scene: Scene) -> int:
 class Buckets:
     """All buckets of a run, filled one batch at a time.
 
-    Proofs cost milliseconds, so a bucket is proven on a few of its findings in each regime and the rest is counted;
-    the report names both numbers.
+    Proofs cost milliseconds, so a bucket is proven on a few of its findings and the rest is counted; the report names
+    both numbers. Those of pairs that need a search cost a hundred times more, and each regime does not have its own.
     """
 
     known: KnownFaults
     proofs_per_regime: int = 3
+    proofs_of_searched: int = 2
     found: dict[KEY, Bucket] = field(default_factory=dict)
     _tried: dict[tuple[object, ...], int] = field(default_factory=dict)
 
-    def wants_proof(self, engine: str, query: str, pair: str, symptom: str, decade: int | None, regime: str) -> bool:
+    def wants_proof(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
-        key = (engine, query, pair, symptom, decade, regime)
+        quick = {cell.type_a, cell.type_b} <= QUICK | {Ray}
+        key = (engine, cell, symptom, decade, regime if quick else "")
         tried = self._tried.get(key, 0)
         self._tried[key] = tried + 1
-        return tried < self.proofs_per_regime
+        return tried < (self.proofs_per_regime if quick else self.proofs_of_searched)
 
     def add_proven(self, finding: Finding) -> Bucket:
         """File a proven finding, and make it the bucket's witness when it is the simplest so far."""

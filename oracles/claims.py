@@ -19,6 +19,7 @@ from oracles.reference import error_of, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
+from refimpl.shapes import Composite, Polyhedron
 
 NOT_A_NUMBER = "not a number"
 NEITHER = "fits neither the shapes nor those effectively used"
@@ -102,7 +103,7 @@ UNIT_ERROR = 1e-6
 LARGEST = 1e150
 """No scene has such numbers; an engine that answers one, the largest double for instance, has not set it."""
 
-UNIONS = ("Polyhedron", "Composite")
+UNIONS = (Polyhedron, Composite)
 """Types of which an overlap has a depth for each piece, and one of the whole that is known as an interval."""
 
 
@@ -184,7 +185,7 @@ class Questioned:
     @property
     def of_union(self) -> bool:
         """Whether one of the shapes is a union of convex pieces."""
-        return type(self.a).__name__ in UNIONS or type(self.b).__name__ in UNIONS
+        return isinstance(self.a, UNIONS) or isinstance(self.b, UNIONS)
 
     @property
     def _nothing(self) -> Array:

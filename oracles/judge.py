@@ -19,12 +19,12 @@ from oracles.audit import OUTSIDE, REFUSED, allows, audit
 from oracles.claims import NEITHER, NOT_A_NUMBER, UNIONS, Claim, Questioned
 from oracles.engine import Answers, Bound, Convention, Engine, Status
 from oracles.outcome import Kind, Severity, Verdict
-from oracles.reference import error_of
+from oracles.reference import error_of, proven
 from oracles.scene import Cell, Scene
 from oracles.words import conviction, said_of, severity_of
 from refimpl import Point, Proxy, distance
 from refimpl.linear import Array, Bools
-from refimpl.proof import Certificate, InvalidCertificate, certify, check
+from refimpl.proof import Certificate, InvalidCertificate
 from refimpl.proof.certify import round_down, round_up
 
 Exact = Fraction | float
@@ -194,11 +194,15 @@ class Judge:
         return self._convict_jointly(scene, nominal)
 
     def _convict_jointly(self, scene: Scene, nominal: Questioned) -> Verdict:
-        """Try claim by claim, on the scene's shapes and on the effective ones."""
+        """Try claim by claim, on the scene's shapes and on the effective ones; first those that may fail on both."""
         cell = scene.cell
         effective = self._questioned(cell, nominal.a, nominal.b, nominal.answers, effective=True)
+        pairs = list(zip(nominal.claims(), effective.claims(), strict=True))
+        pairs.sort(key=lambda pair: not all(self._doubtful(cell, claim, scene) for claim in pair))
         found: dict[str, Verdict] = {}
-        for ours, theirs in zip(nominal.claims(), effective.claims(), strict=True):
+        for ours, theirs in pairs:
+            if "wrong" in found and not self._doubtful(cell, theirs, scene):
+                break  # of what holds on the effective shapes, one is enough to tell a convention
             verdict = self._try(cell, ours, scene, nominal)
             if verdict.kind is Kind.REFERENCE_WRONG:
                 return verdict
@@ -218,6 +222,14 @@ class Judge:
         if "waived" in found and "doubtful" not in found:
             return replace(found["waived"], kind=Kind.CONVENTION, severity=None)
         return found.get("doubtful", Verdict(Kind.AGREES))
+
+    def _doubtful(self, cell: Cell, claim: Claim, scene: Scene) -> bool:
+        """Whether floats leave it open, or are sure, that a claim is broken."""
+        if not claim.made[0]:
+            return False
+        below, above, error = claim.violations()
+        allowed = float(self._tolerance(cell, claim.kind, np.array([scene.size]))[0])
+        return bool(max(below[0], above[0]) >= allowed - error[0])
 
     def _both(self, ours: Verdict, theirs: Verdict, scene: Scene) -> Verdict:
         """One claim on the scene's shapes and on the effective ones: the kinder amount counts.
@@ -265,17 +277,13 @@ class Judge:
         return doubtful or Verdict(Kind.AGREES)
 
     def _try(self, cell: Cell, claim: Claim, scene: Scene, rows: Questioned) -> Verdict:
-        if not claim.made[0]:
+        if not self._doubtful(cell, claim, scene):
             return Verdict(Kind.AGREES)
         x, y = claim.x[0], claim.y[0]
         proof_scene = Scene(scene.query, x, y, scene.regime, scene.source)
-        below, above, error = claim.violations()
         allowed = _exact(float(self._tolerance(cell, claim.kind, np.array([scene.size]))[0]))
-        if max(below[0], above[0]) < float(allowed) - error[0]:
-            return Verdict(Kind.AGREES)
         try:
-            certificate = certify(x, y)
-            interval = check(certificate, x, y)
+            certificate, interval = proven(x, y)
         except InvalidCertificate as refused:
             return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=proof_scene)
         lower, upper = interval
@@ -298,7 +306,7 @@ class Judge:
             both = (_excess(float(bound), end, margin, sign) for end in interval)
             least, most = sorted(min(excess, _exact(float(claim.cap[0]))) for excess in both)
             least, most = least - rounding, most + rounding
-            if upper < 0 and {type(x).__name__, type(y).__name__} & set(UNIONS):
+            if upper < 0 and (isinstance(x, UNIONS) or isinstance(y, UNIONS)):
                 most = least  # any depth of the interval is right
             if most > allowed:
                 kind = Kind.WRONG if least > allowed else Kind.UNDECIDED

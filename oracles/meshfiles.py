@@ -10,6 +10,7 @@ import io
 import stat
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ FORMATS = {".obj": "obj", ".stl": "stl"}
 LARGEST_FILE = 8 * 2**20
 MOST_FACES = 50_000
 MOST_OBJECTS = 1_000
+WORDS_PER_FACE = 5  # "f" and four corners: a triangle has fewer words, a larger face fewer for each of its triangles
 LARGEST_COORDINATE = 1e9
 """In the file's own unit: beyond it, squares of distances leave little room above."""
 
@@ -73,10 +75,7 @@ def read_mesh(path: Path) -> tuple[Mesh, ...]:
         raise ModelError(f"is of no format that is read: {path.suffix or 'no suffix'}; convert it to OBJ or STL")
     data = read_bytes(path)
     if form == "obj":
-        lines = data.replace(b"\r", b"\n").split(b"\n")
-        objects = sum(line.lstrip().startswith((b"o ", b"g ")) for line in lines)
-        if objects > MOST_OBJECTS:
-            raise ModelError(f"has too many objects: {objects}, at most {MOST_OBJECTS}")
+        _require_moderate(data)
     meshes = tuple(_mesh(*numbers) for numbers in _arrays(data, form))
     if not meshes:
         raise ModelError("holds no triangle")
@@ -86,21 +85,42 @@ def read_mesh(path: Path) -> tuple[Mesh, ...]:
     return meshes
 
 
+def _require_moderate(data: bytes) -> None:
+    """Refuse an OBJ that would take long to parse: few bytes may say many objects, or faces of many corners."""
+    objects = words = 0
+    for line in data.replace(b"\r\n", b"\n").replace(b"\\\n", b"").split(b"\n"):
+        start = line.lstrip()[:2]
+        objects += start in (b"o ", b"g ")
+        words += 0 if start[:1] in (b"v", b"#") else len(line.split())
+    if objects > MOST_OBJECTS:
+        raise ModelError(f"is too large: {objects} objects, at most {MOST_OBJECTS}")
+    if words > WORDS_PER_FACE * MOST_FACES:
+        raise ModelError(f"is too large: as long as {MOST_FACES} faces")
+
+
 def _arrays(data: bytes, form: str) -> list[tuple[Array, Triangles]]:
     try:
         import trimesh  # noqa: PLC0415  an extra, and slow to import
     except ImportError:
         raise ModelError("cannot be read: trimesh is not installed (the extra 'meshes')") from None
     # no resolver and no materials: whatever the file refers to is not opened
-    options = {"skip_materials": True, "split_objects": True, "split_groups": True, "group_material": False}
+    options: dict[str, Any] = {}
+    if form == "obj":
+        options = {"skip_materials": True, "split_objects": True, "split_groups": True, "group_material": False}
     try:
-        scene = trimesh.load_scene(
-            io.BytesIO(data), file_type=form, process=False, **(options if form == "obj" else {})
-        )
+        scene = trimesh.load_scene(io.BytesIO(_text_in_utf8(data, form)), file_type=form, process=False, **options)
         found = [g for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh) and len(g.faces)]
         return [(np.array(g.vertices, dtype=np.float64), np.array(g.faces, dtype=np.int64)) for g in found]
     except Exception as error:  # a parser meets what nobody foresaw: any complaint of its means a broken file
         raise ModelError(f"is broken: {type(error).__name__}: {str(error)[:200]}") from None
+
+
+def _text_in_utf8(data: bytes, form: str) -> bytes:
+    """Text of any encoding with whatever is not UTF-8, in comments and names, replaced; a binary STL as it is."""
+    count = int.from_bytes(data[80:84], "little")
+    if form == "stl" and len(data) == 84 + 50 * count:
+        return data
+    return data.decode("utf-8", errors="replace").encode()
 
 
 def _mesh(vertices: Array, triangles: Triangles) -> Mesh:

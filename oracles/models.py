@@ -17,10 +17,9 @@ from scipy.spatial import ConvexHull, QhullError
 
 from oracles.meshfiles import Mesh, ModelError, merged, read_bytes, read_mesh, require_usable
 from oracles.urdf import ORIGIN, Element, Pose, collision_elements, shown
-from refimpl import shapes
 from refimpl.linear import Array, apply, rotation_matrix
 from refimpl.meshes import require_solid
-from refimpl.shapes import Box, Capsule, ConvexPolyhedron, Cylinder, Proxy, ShapeError, Sphere
+from refimpl.shapes import Box, Capsule, Composite, ConvexPolyhedron, Cylinder, Polyhedron, Proxy, ShapeError, Sphere
 
 HULL, SOLID, COMPOSITE = FORMS = ("hull", "solid", "composite")
 MOST_VERTICES, MOST_FACES, MOST_PARTS = 600, 1000, 64
@@ -83,7 +82,7 @@ class Model:
             except ModelError as error:
                 self.made[form] = error
             except ShapeError as error:
-                self.made[form] = ModelError(str(error))
+                self.made[form] = ModelError(str(error).removeprefix("Polyhedron: "))
         made = self.made[form]
         if isinstance(made, ModelError):
             raise made
@@ -91,10 +90,14 @@ class Model:
 
     def size(self, form: str) -> int:
         """Vertices of its hull, faces of its solid, or parts of its composite."""
-        made = self.form(form)
-        if isinstance(made, ConvexPolyhedron):
-            return int(made.numbers.shape[-2])
-        return len(made.triangles if isinstance(made, shapes.Polyhedron) else made.parts)
+        match self.form(form):
+            case ConvexPolyhedron() as hull:
+                return int(hull.numbers.shape[-2])
+            case Polyhedron() as solid:
+                return len(solid.triangles)
+            case Composite() as composite:
+                return len(composite.parts)
+        raise AssertionError(form)
 
     def defect(self, form: str) -> str:
         """Why the model cannot have a form; empty when it can."""
@@ -153,7 +156,7 @@ def _solid(pieces: Sequence[Piece]) -> Proxy:
         require_solid(whole.vertices, whole.triangles)  # a defect says more than the size
     if faces > MOST_FACES:
         raise ModelError(f"is too large: {faces} faces, at most {MOST_FACES}")
-    return shapes.Polyhedron(whole.vertices, whole.triangles)
+    return Polyhedron(whole.vertices, whole.triangles)
 
 
 def _composite(pieces: Sequence[Piece]) -> Proxy:
@@ -169,7 +172,7 @@ def _composite(pieces: Sequence[Piece]) -> Proxy:
         except ModelError as error:
             raise ModelError(f"part {number} {error}") from None
         parts.append(ConvexPolyhedron.from_vertices(hull.numbers, piece.pose.position, piece.pose.rotation))
-    return shapes.Composite(parts)
+    return Composite(parts)
 
 
 MAKERS: dict[str, Callable[[Sequence[Piece]], Proxy]] = {HULL: _hull, SOLID: _solid, COMPOSITE: _composite}

@@ -12,6 +12,7 @@ from oracles.draws import Draws, quaternions
 from oracles.library import Library
 from oracles.models import COMPOSITE, HULL, SOLID, Model
 from oracles.solids import K_DIRECTIONS
+from refimpl.bounds import aabb
 from refimpl.linear import Array, Bools, apply, dot, norm, rotation_matrix, scale
 from refimpl.shapes import (
     AABB,
@@ -127,8 +128,8 @@ class Posed:
 
 def box_around(form: Proxy) -> tuple[Array, Array]:
     """Middle and half extents of the box around a single proxy."""
-    box = form.aabb
-    return np.asarray(box.lower / 2 + box.upper / 2), np.asarray(box.upper / 2 - box.lower / 2)
+    box = aabb(form)
+    return box.lower / 2 + box.upper / 2, box.upper / 2 - box.lower / 2
 
 
 def posed(draws: Draws, model: Model, form: str, middle: Array) -> Posed:

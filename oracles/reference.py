@@ -1,4 +1,4 @@
-"""What the reference says of the signed distance, in floats, for screening: each pair is asked once.
+"""What the reference says of the signed distance, in floats for screening and with proof: each pair is asked once.
 
 Two engines and three queries ask about the same pair of shapes again and again, with every claim they make. Where a
 search is needed its result is remembered by the shapes' numbers; closed forms are quicker than remembering.
@@ -10,14 +10,16 @@ from collections import OrderedDict
 
 import numpy as np
 
-from refimpl import Proxy, distance
+from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Sphere, distance
 from refimpl.linear import Array, Bools
 from refimpl.pairs import ITERATIVE, TABLE, Rule
+from refimpl.proof import Certificate, certify, check
+from refimpl.proof.checker import Bound
 
 Kind = type[Proxy]
 
-MOST_REMEMBERED = 20_000
-QUICK = "Point", "Sphere", "Capsule", "HalfSpace", "AABB", "Box"
+MOST_REMEMBERED, MOST_PROVEN = 20_000, 1_000
+QUICK = {Point, Sphere, Capsule, HalfSpace, AABB, Box}
 """Types whose pairs are asked again rather than remembered."""
 
 DIRECT_ERROR, SEARCH_ERROR = 1e-14, 1e-12
@@ -25,6 +27,7 @@ DIRECT_ERROR, SEARCH_ERROR = 1e-14, 1e-12
 iterative ones; held against 50 digits by the tests."""
 
 _remembered: OrderedDict[tuple[object, ...], tuple[float, float]] = OrderedDict()
+_proven: OrderedDict[tuple[object, ...], tuple[Certificate, tuple[Bound, Bound]]] = OrderedDict()
 
 
 def rule_of(x: Kind, y: Kind) -> Rule:
@@ -42,7 +45,7 @@ def signed(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
 
     The two differ only for unions that overlap.
     """
-    if {type(x).__name__, type(y).__name__} <= set(QUICK):
+    if {type(x), type(y)} <= QUICK:
         sigma = np.where(wanted, distance(x, y).distance, 0.0)
         return sigma, sigma
     low, high = np.zeros(len(wanted)), np.zeros(len(wanted))
@@ -70,3 +73,20 @@ def _asked(x: Proxy, y: Proxy) -> tuple[Array, Array]:
     """Ask the reference: an overlap of unions has an interval, from the deepest piece to a proven way out."""
     found = distance(x, y)
     return found.distance, found.distance
+
+
+def proven(x: Proxy, y: Proxy) -> tuple[Certificate, tuple[Bound, Bound]]:
+    """Certificate of two single proxies, and the interval that the exact checker takes from it.
+
+    Raises
+    ------
+    InvalidCertificate
+        When the checker refuses the reference's own certificate.
+    """
+    key = (type(x), type(y), x.pack().tobytes(), y.pack().tobytes())
+    if key not in _proven:
+        certificate = certify(x, y)
+        _proven[key] = certificate, check(certificate, x, y)
+        if len(_proven) > MOST_PROVEN:
+            _proven.popitem(last=False)
+    return _proven[key]

@@ -13,16 +13,17 @@ import numpy as np
 
 from oracles.bodies import IDENTITY, random_body, round_body
 from oracles.draws import Draws, log_uniform
+from oracles.library import current
+from oracles.placed import placed_pair
 from refimpl import Capsule, HalfSpace, Proxy, Ray, distance
 from refimpl.linear import Array, Bools, dot, norm, quaternion_product, scale
+from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, Polyhedron
 
-FLAT_WHEN_THIN = ("KDOP", "ConvexPolyhedron")
+FLAT_WHEN_THIN = (KDOP, ConvexPolyhedron)
 """Types that may have no thickness at all, and do so in some slivers."""
-OF_ONE_MESH = "Polyhedron"
-"""The type whose batches share their geometry, so that sizes are common to a batch, too."""
-UNIONS = ("Polyhedron", "Composite")
-"""Types that are moved in several steps: past one piece, there may be the next."""
+UNIONS = (Polyhedron, Composite)
 STEPS = 4
+"""Unions are moved in so many steps: past one piece, there may be the next."""
 
 Pair = tuple[Proxy, Proxy]
 Regime = Callable[[Draws, type[Proxy], type[Proxy]], Pair]
@@ -51,7 +52,7 @@ def _signed_gap(a: Proxy, b: Proxy) -> tuple[Array, Array]:
 
 def _at_gap(a: Proxy, b: Proxy, gap: Array, which: Bools | None = None) -> Pair:
     """Move B along the normal until the signed distance is about `gap`; pairs without end, or not `which`, stay."""
-    steps = STEPS if {type(a).__name__, type(b).__name__} & set(UNIONS) else 1
+    steps = STEPS if isinstance(a, UNIONS) or isinstance(b, UNIONS) else 1
     for _ in range(steps):
         sigma, normal = _signed_gap(a, b)
         moves = np.isfinite(sigma) if which is None else np.isfinite(sigma) & which
@@ -64,7 +65,7 @@ def _at_gap(a: Proxy, b: Proxy, gap: Array, which: Bools | None = None) -> Pair:
 
 def _common(values: Array, *kinds: type[Proxy]) -> Array:
     """Numbers drawn for each body of a batch, or the first one's for all, where they share a mesh."""
-    return np.broadcast_to(values[:1], values.shape) if any(k.__name__ == OF_ONE_MESH for k in kinds) else values
+    return np.broadcast_to(values[:1], values.shape) if Polyhedron in kinds else values
 
 
 def _facing(a: Proxy, b: Proxy) -> Pair:
@@ -172,7 +173,7 @@ def sliver(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
 
 def _flattened(draws: Draws, thin: Array, kind: type[Proxy]) -> Array:
     """Make some bodies quite flat along one axis, where their type allows that."""
-    if kind.__name__ not in FLAT_WHEN_THIN:
+    if kind not in FLAT_WHEN_THIN:
         return thin
     flat = draws.choice((-1.0, -1.0, 0.0, 1.0, 2.0))
     return np.where(np.arange(3) == flat[:, None], 0.0, thin)
@@ -180,7 +181,7 @@ def _flattened(draws: Draws, thin: Array, kind: type[Proxy]) -> Array:
 
 def _scaled_pair(draws: Draws, pair: Pair, low: float, high: float) -> Pair:
     factor = _common(log_uniform(draws, low, high), *map(type, pair))
-    if any(type(shape).__name__ == OF_ONE_MESH for shape in pair):
+    if Polyhedron in map(type, pair):
         factor = factor[0]
     return pair[0].scaled(factor), pair[1].scaled(factor)
 
@@ -217,3 +218,10 @@ def far_away(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
     a, b = _scaled_pair(draws, generic(draws, kind_a, kind_b), -3, 0)
     offset = scale(log_uniform(draws, 3, 6), draws.uniform(-1.0, 1.0, 3))
     return a.translated(offset), b.translated(offset)
+
+
+@regime
+def models(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
+    """Meshes of robots, tools and toys, touching and overlapping: many faces, no two alike, as users have them."""
+    a, b, gap, moved = placed_pair(draws, current(), kind_a, kind_b)
+    return _at_gap(*_facing(a, b), gap, moved)

@@ -1,4 +1,4 @@
-"""Support function, bounding box and bounding sphere of every proxy.
+"""Bounding box and bounding sphere of every proxy; its support function is in `refimpl.supports`.
 
 Bounding volumes contain their proxy as exact sets: whatever is rounded is rounded outwards.
 """
@@ -14,10 +14,6 @@ from refimpl.intervals import plus_rounded
 from refimpl.linear import (
     Array,
     apply,
-    apply_inverse,
-    as_floats,
-    cross,
-    dot,
     largest,
     norm,
     power_of_two,
@@ -25,58 +21,25 @@ from refimpl.linear import (
     scale,
     unit_or,
 )
-from refimpl.proxy import Proxy, UnsupportedOperation
+from refimpl.proxy import Proxy
 from refimpl.shapes import (
     AABB,
     KDOP,
     Box,
     Capsule,
+    Composite,
     ConvexPolyhedron,
     Cylinder,
     Ellipsoid,
-    HalfSpace,
     Point,
-    Ray,
+    Polyhedron,
     Sphere,
 )
+from refimpl.supports import rule_for, support, support_point
+
+__all__ = ["aabb", "bounding_sphere", "support", "support_point"]
 
 SLACK = 32 * 2.0**-53  # more than a rotation matrix, a square root and a sum of three lose together
-
-
-def support(shape: Proxy, n: Any) -> Array:
-    """Support function h(n) = max over x in the shape of n·x.
-
-    Parameters
-    ----------
-    shape : any proxy
-    n : (..., 3)
-        Of any length; batch shapes broadcast.
-
-    Returns
-    -------
-    (...)
-        Infinite where the shape is unbounded along `n`.
-    """
-    way = as_floats(n)
-    if isinstance(shape, Ray):
-        return np.where(dot(way, shape.direction) > 0, np.inf, dot(way, shape.origin))[()]
-    if isinstance(shape, HalfSpace):
-        along, size = dot(way, shape.normal), dot(shape.normal, shape.normal)
-        parallel = np.all(cross(way, shape.normal) == 0, axis=-1) & (along >= 0)
-        return np.where(parallel, -shape.k * (along / size), np.inf)[()]
-    return dot(way, support_point(shape, way))[()]
-
-
-def support_point(shape: Proxy, n: Any) -> Array:
-    """Point of a bounded proxy that is farthest along `n` (..., 3); some such point where several are.
-
-    Raises
-    ------
-    UnsupportedOperation
-        For a ray or half-space, which have none along most directions.
-    """
-    way = as_floats(n)
-    return np.asarray(_of(SUPPORTS, shape, "support point")(shape, way))
 
 
 def aabb(shape: Proxy) -> AABB:
@@ -85,100 +48,36 @@ def aabb(shape: Proxy) -> AABB:
     Raises
     ------
     UnsupportedOperation
-        For a ray or half-space, which are unbounded.
+        For a ray or half-space, which are unbounded, and a composite with a half-space.
     """
-    bounds = _of(BOXES, shape, "bounding box")
-    exponent = power_of_two(shape.magnitude)
+    bounds = rule_for(BOXES, shape, "bounding box")
+    exponent = _exponent(shape)
     return AABB(*bounds(shape.times_power(-exponent))).times_power(exponent)
 
 
 def bounding_sphere(shape: Proxy) -> Sphere:
     """Give a ball that contains the proxy: the smallest one for curved shapes and boxes, up to rounding.
 
-    For polytopes it is the one about the middle of their bounding box. Around a point its radius is the least double.
+    For polytopes, meshes and unions it is one about the middle of their bounding box. Around a point its radius is the
+    least double.
 
     Raises
     ------
     UnsupportedOperation
-        For a ray or half-space, which are unbounded.
+        For a ray or half-space, which are unbounded, and a composite with a half-space.
     """
-    ball = _of(BALLS, shape, "bounding sphere")
-    exponent = power_of_two(shape.magnitude)
+    ball = rule_for(BALLS, shape, "bounding sphere")
+    exponent = _exponent(shape)
     center, radius = ball(shape.times_power(-exponent))
     back = np.ldexp(radius, exponent)
     return Sphere(np.ldexp(center, exponent[..., None]), np.maximum(back, np.nextafter(0.0, 1.0)))
 
 
-def _of(table: dict[type[Proxy], Any], shape: Proxy, what: str) -> Callable[..., Any]:
-    found: Callable[..., Any] | None = table.get(type(shape))
-    if found is None:
-        raise UnsupportedOperation(f"a {type(shape).__name__} has no {what}: it is unbounded")
-    return found
+def _exponent(shape: Proxy) -> Any:
+    """Exponent of the power of two by which a shape is brought to about 1; meshes and unions stay as they are."""
+    exponent = power_of_two(shape.magnitude)
+    return np.zeros_like(exponent) if isinstance(shape, Polyhedron | Composite) else exponent
 
-
-def _support_sphere(s: Sphere, n: Array) -> Array:
-    return s.center + scale(s.radius, unit_or(n, np.eye(3)[0])[0])
-
-
-def _support_capsule(c: Capsule, n: Array) -> Array:
-    far = np.where((dot(n, c.q - c.p) > 0)[..., None], c.q, c.p)
-    return far + scale(c.radius, unit_or(n, np.eye(3)[0])[0])
-
-
-def _support_aabb(b: AABB, n: Array) -> Array:
-    return np.where(n > 0, b.upper, b.lower)
-
-
-def _support_box(b: Box, n: Array) -> Array:
-    axes = rotation_matrix(b.rotation)
-    return b.center + apply(axes, np.copysign(b.half_extents, apply_inverse(axes, n)))
-
-
-def _support_ellipsoid(e: Ellipsoid, n: Array) -> Array:
-    """Point where the gradient of Σ (y_i / radii_i)² is along n: y_i = radii_i² n_i / |radii·n|."""
-    axes = rotation_matrix(e.rotation)
-    way = apply_inverse(axes, n)
-    stretched = unit_or(e.radii * (way / _size(way)), np.eye(3)[0])[0]
-    return e.center + apply(axes, e.radii * stretched)
-
-
-def _size(v: Array) -> Array:
-    size = largest(v)[..., None]
-    return np.where(size > 0, size, 1.0)
-
-
-def _support_cylinder(c: Cylinder, n: Array) -> Array:
-    axis = unit_or(c.q - c.p, np.eye(3)[0])[0]
-    way = n / _size(n)
-    along = dot(way, axis)
-    outward = unit_or(way - scale(along, axis), np.zeros(3))[0]
-    return np.where((along > 0)[..., None], c.q, c.p) + scale(c.radius, outward)
-
-
-def _farthest(vertices: Array, n: Array) -> Array:
-    """Of points (..., m, 3) the first that is farthest along n (..., 3)."""
-    heights = dot(vertices, n[..., None, :])
-    best = np.argmax(heights, axis=-1)[..., None, None]
-    full = np.broadcast_to(vertices, (*heights.shape, 3))
-    return np.asarray(np.take_along_axis(full, best, axis=-2)[..., 0, :])
-
-
-def _support_convex(c: ConvexPolyhedron, n: Array) -> Array:
-    axes = rotation_matrix(c.rotation)
-    return c.position + apply(axes, _farthest(c.hull.vertices, apply_inverse(axes, n)))
-
-
-SUPPORTS: dict[type[Proxy], Callable[[Any, Array], Array]] = {
-    Point: lambda p, n: np.broadcast_to(p.position, np.broadcast_shapes(p.position.shape, n.shape)),
-    Sphere: _support_sphere,
-    Capsule: _support_capsule,
-    AABB: _support_aabb,
-    Box: _support_box,
-    KDOP: lambda k, n: _farthest(k.hull.vertices, n),
-    Ellipsoid: _support_ellipsoid,
-    Cylinder: _support_cylinder,
-    ConvexPolyhedron: _support_convex,
-}
 
 Bounds = tuple[Array, Array]
 
@@ -219,11 +118,15 @@ def _box_of_points(points: Array, slack: Array) -> Bounds:
     return _about(np.min(points, axis=-2), reach)[0], _about(np.max(points, axis=-2), reach)[1]
 
 
-def _corners(c: ConvexPolyhedron) -> tuple[Array, Array]:
-    """Corners in the world, and how far they may be off."""
-    local = c.hull.vertices
-    placed = c.position[..., None, :] + apply(rotation_matrix(c.rotation)[..., None, :, :], local)
-    return placed, SLACK * (largest(c.position) + np.max(np.abs(local), axis=(-2, -1)))
+def _corners(shape: Any, local: Array) -> tuple[Array, Array]:
+    """Corners (..., m, 3) of a shape's own frame in the world, and how far they may be off."""
+    placed = shape.position[..., None, :] + apply(rotation_matrix(shape.rotation)[..., None, :, :], local)
+    return placed, SLACK * (largest(shape.position) + np.max(np.abs(local), axis=(-2, -1)))
+
+
+def _box_of_composite(c: Composite) -> Bounds:
+    boxes = [aabb(part) for part in c.parts]
+    return np.min([b.lower for b in boxes], axis=0), np.max([b.upper for b in boxes], axis=0)
 
 
 BOXES: dict[type[Proxy], Callable[[Any], Bounds]] = {
@@ -235,7 +138,9 @@ BOXES: dict[type[Proxy], Callable[[Any], Bounds]] = {
     KDOP: lambda k: _box_of_points(k.hull.vertices, SLACK * k.magnitude),
     Ellipsoid: _box_of_ellipsoid,
     Cylinder: _box_of_cylinder,
-    ConvexPolyhedron: lambda c: _box_of_points(*_corners(c)),
+    ConvexPolyhedron: lambda c: _box_of_points(*_corners(c, c.hull.vertices)),
+    Polyhedron: lambda p: _box_of_points(*_corners(p, p.vertices)),
+    Composite: _box_of_composite,
 }
 
 
@@ -260,6 +165,14 @@ def _ball_of_aabb(b: AABB) -> tuple[Array, Array]:
     return center, norm(np.maximum(b.upper - center, center - b.lower)) * (1 + SLACK)
 
 
+def _ball_of_composite(c: Composite) -> tuple[Array, Array]:
+    """Ball about the middle of the bounding box, as large as the parts' own balls need it."""
+    box = aabb(c)
+    center = box.lower / 2 + box.upper / 2
+    balls = [bounding_sphere(part) for part in c.parts]
+    return center, np.max([norm(b.center - center) + b.radius for b in balls], axis=0) * (1 + SLACK)
+
+
 BALLS: dict[type[Proxy], Callable[[Any], tuple[Array, Array]]] = {
     Point: lambda p: (p.position, np.zeros(p.batch_shape)),
     Sphere: lambda s: (s.center, s.radius),
@@ -269,5 +182,7 @@ BALLS: dict[type[Proxy], Callable[[Any], tuple[Array, Array]]] = {
     KDOP: lambda k: _ball_of_points(k.hull.vertices, SLACK * k.magnitude),
     Ellipsoid: lambda e: (e.center, largest(e.radii)),
     Cylinder: lambda c: _ball_of_ends(c.p, c.q, c.radius, round_ends=False),
-    ConvexPolyhedron: lambda c: _ball_of_points(*_corners(c)),
+    ConvexPolyhedron: lambda c: _ball_of_points(*_corners(c, c.hull.vertices)),
+    Polyhedron: lambda p: _ball_of_points(*_corners(p, p.vertices)),
+    Composite: _ball_of_composite,
 }

@@ -16,6 +16,7 @@ from refimpl.linear import Array, norm
 from refimpl.signs import Indices
 
 LEAF = 4  # items below which a node is not halved again
+START = 3  # level of two trees at which pairs of nodes are first compared
 SLACK = 2.0**-48  # boxes are widened by this part of their coordinates, far more than they are rounded
 
 
@@ -140,11 +141,14 @@ def near_pairs(
     items of x, items of y, gap between their boxes : (k,)
         In order of the gaps. Left out are pairs whose gap exceeds `bound`, or the farthest points of another pair.
     """
-    a = b = np.zeros(1, dtype=np.int64)
     depth = max(len(x.levels), len(y.levels))
-    for step in range(1, depth):
+    first = min(depth - 1, START)
+    a, b = (np.arange(2 ** min(first, len(tree.levels) - 1)) for tree in (x, y))
+    a, b = np.repeat(a, len(b)), np.tile(b, len(a))
+    for step in range(first, depth):
         i, j = min(step, len(x.levels) - 1), min(step, len(y.levels) - 1)
-        a, b = _children(a, b, step < len(x.levels), step < len(y.levels))
+        if step > first:
+            a, b = _children(a, b, step < len(x.levels), step < len(y.levels))
         bound, keep, _ = _within(x.levels[i].at(a), y.levels[j].at(b).moved(rotation, translation), bound)
         a, b = a[keep], b[keep]
     a, b = _all_items(x, a, y, b)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from refimpl.cones import nearest_doubles
 from refimpl.faces import Faces, edges_of, from_planes, from_vertices
-from refimpl.linear import Array, cross, dot, largest, norm, perpendicular, power_of_two, unit_or
+from refimpl.linear import Array, cross, dot, norm, perpendicular, unit_or
 from refimpl.proxy import ShapeError, shifted
 
 Indices = NDArray[np.int64]
@@ -67,6 +67,20 @@ class Hull:
         )
         return type(self)(*(change(a, n) for a, n in zip(arrays, ends, strict=True)))
 
+    @cached_property
+    def size(self) -> Array:
+        """Largest absolute coordinate of a corner (...)."""
+        return np.asarray(np.max(np.abs(self.vertices), axis=(-2, -1)))
+
+    @cached_property
+    def middle(self) -> Array:
+        """Mean of the corners (..., 3), which lies in the hull; a corner repeated to fill up a batch counts once."""
+        v = self.vertices
+        counts = np.ones(v.shape[:-1])
+        counts[..., 1:] = np.any(v[..., 1:, :] != v[..., :-1, :], axis=-1)
+        shares = counts / np.sum(counts, axis=-1)[..., None]
+        return np.asarray(np.cumsum(shares[..., None] * v, axis=-2)[..., -1, :])
+
     def broadcast_to(self, batch: tuple[int, ...]) -> Self:
         """Repeat along new batch axes, without copying."""
         return self.mapped(lambda a, ends: np.broadcast_to(a, (*batch, *a.shape[a.ndim - ends :])))
@@ -82,92 +96,22 @@ class Hull:
         return type(self)(vertices, planes, rest.edges, rest.active_planes, rest.active_vertices, rest.dimension)
 
 
-def hull_of_planes(planes: Array) -> Hull:
-    """Hull of the set behind all planes (..., k, 4), normal·x + k ≤ 0, with normals of any non-zero length.
+@lru_cache(maxsize=KEPT)
+def solid_of_planes(content: bytes, count: int) -> Hull:
+    """Hull of one set of planes, which are named by the bytes of their numbers.
 
     Raises
     ------
     ShapeError
-        Where the set is empty or unbounded: which of the two, and where in the batch.
+        Where the set is empty or unbounded.
     """
-    if _is_shared(planes):
-        return hull_of_planes(planes[(0,) * (planes.ndim - 2)]).broadcast_to(planes.shape[:-2])
-    own = power_of_two(largest(planes[..., :3]))
-    level = np.concatenate([shifted(planes[..., :3], -own, 1), np.ldexp(planes[..., 3], -own)[..., None]], axis=-1)
-    size = power_of_two(np.max(np.abs(level[..., 3]), axis=-1, initial=0.0))
-    level[..., 3] = np.ldexp(level[..., 3], -size[..., None])
-    return _of_batch(level, size, _solid_of_planes)
-
-
-def hull_of_vertices(vertices: Array) -> Hull:
-    """Hull of points (..., m, 3), of which any may be equal, collinear or coplanar."""
-    if _is_shared(vertices):
-        return hull_of_vertices(vertices[(0,) * (vertices.ndim - 2)]).broadcast_to(vertices.shape[:-2])
-    size = power_of_two(np.max(np.abs(vertices), axis=(-2, -1), initial=0.0))
-    return _of_batch(shifted(vertices, -size, 2), size, _solid_of_vertices)
-
-
-def _is_shared(numbers: Array) -> bool:
-    """Whether a batch repeats one geometry without copying it."""
-    batch = numbers.shape[:-2]
-    return (
-        bool(batch) and numbers.size > 0 and not any(s for s, n in zip(numbers.strides, batch, strict=False) if n > 1)
-    )
-
-
-def _of_batch(numbers: Array, exponent: Any, single: Callable[[bytes, int], Hull]) -> Hull:
-    """Hulls of each geometry of a batch, found once where geometries repeat, scaled back by 2^exponent."""
-    batch = numbers.shape[:-2]
-    found: list[Hull] = []
-    for where in np.ndindex(*batch):
-        try:
-            found.append(single(np.ascontiguousarray(numbers[where]).tobytes(), numbers.shape[-2]))
-        except ShapeError as error:
-            at = f", at index {where}" if where else ""
-            raise ShapeError(f"{error}{at}") from None
-    if not batch:
-        return found[0].times_power(exponent)
-    together = _stacked(found).mapped(lambda a, ends: a.reshape((*batch, *a.shape[a.ndim - ends :])))
-    return together.times_power(exponent)
-
-
-def _stacked(hulls: list[Hull]) -> Hull:
-    """One batch of single hulls; the shorter lists repeat their last item."""
-    columns: list[Any] = []
-    for name in ("vertices", "planes", "edges", "active_planes", "active_vertices", "dimension"):
-        parts = [getattr(h, name) for h in hulls]
-        if name != "dimension":
-            longest = max((len(p) for p in parts), default=0)
-            index = np.arange(longest)
-            parts = [p if len(p) == longest else _padded(p, index) for p in parts]
-        columns.append(np.stack(parts) if parts else np.zeros((0, *_EMPTY_TAILS[name])))
-    return Hull(*columns)
-
-
-_EMPTY_TAILS = {
-    "vertices": (1, 3),
-    "planes": (1, 4),
-    "edges": (1, 4),
-    "active_planes": (1,),
-    "active_vertices": (1,),
-    "dimension": (),
-}
-
-
-def _padded(part: Any, index: Any) -> Any:
-    if not len(part):  # a point among others: its only corner to itself
-        return np.zeros((len(index), *part.shape[1:]), dtype=part.dtype)
-    return part[np.minimum(index, len(part) - 1)]
-
-
-@lru_cache(maxsize=KEPT)
-def _solid_of_planes(content: bytes, count: int) -> Hull:
     planes = np.frombuffer(content).reshape(count, 4)
     return _derived(from_planes(planes), planes=planes)
 
 
 @lru_cache(maxsize=KEPT)
-def _solid_of_vertices(content: bytes, count: int) -> Hull:
+def solid_of_vertices(content: bytes, count: int) -> Hull:
+    """Hull of one set of vertices, which are named by the bytes of their numbers."""
     points = np.frombuffer(content).reshape(count, 3)
     return _derived(from_vertices(points), points=points)
 

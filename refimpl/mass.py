@@ -1,8 +1,7 @@
 """Volume, barycentre and inertia tensor of solids of uniform density.
 
-Round solids have closed forms. Polytopes and meshes are sums of signed tetrahedra over their surface, which is the
-divergence theorem (Mirtich, Fast and Accurate Computation of Polyhedral Mass Properties, 1996; Eberly, Polyhedral
-Mass Properties (Revisited)); on fractions the same sums are exact.
+Round solids have closed forms. Polytopes and meshes are integrated over their surface (Mirtich, Fast and Accurate
+Computation of Polyhedral Mass Properties, 1996).
 """
 
 from __future__ import annotations
@@ -10,21 +9,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from refimpl.hulls import Hull
-from refimpl.linear import Array, apply, cross, dot, norm, power_of_two, rotation_matrix, scale, unit_or
+from refimpl.integrals import in_order, outer, surface_integrals, surface_of
+from refimpl.linear import Array, apply, dot, norm, power_of_two, rotation_matrix, scale, unit_or
 from refimpl.proxy import Proxy, UnsupportedOperation
 from refimpl.shapes import (
     AABB,
     KDOP,
     Box,
     Capsule,
+    Composite,
     ConvexPolyhedron,
     Cylinder,
     Ellipsoid,
+    Polyhedron,
     Sphere,
 )
 
@@ -53,15 +56,25 @@ class MassProperties:
         return np.asarray(density[..., None, None] * self.inertia)
 
 
-def mass_properties(shape: Proxy) -> MassProperties:
+def mass_properties(shape: Proxy, *, allowed_overlap: float = 0.0) -> MassProperties:
     """Volume, barycentre and inertia tensor, of density 1.
+
+    Parameters
+    ----------
+    shape : a bounded solid
+    allowed_overlap : length
+        Of composites: parts that overlap deeper are refused. What they have in common counts twice.
 
     Raises
     ------
     UnsupportedOperation
         For points and rays, which have no volume, and half-spaces, which have no end; for a composite of parts that
-        overlap, whose common volume would count twice.
+        overlap.
     """
+    if isinstance(shape, Composite):
+        return _composite(shape, allowed_overlap)
+    if isinstance(shape, Polyhedron):
+        return _polyhedron(shape)
     rule = RULES.get(type(shape))
     if rule is None:
         raise UnsupportedOperation(f"a {type(shape).__name__} has no mass properties: it is not a bounded solid")
@@ -132,38 +145,6 @@ def _capsule(c: Capsule) -> MassProperties:
     return _about_axis(c.p, c.q, shaft + ball, along, across)
 
 
-def surface_integrals(triangles: Any) -> tuple[Any, Any, Any]:
-    """Integrals of 1, x and x xᵀ over a solid, from the outward triangles of its surface.
-
-    Parameters
-    ----------
-    triangles : (..., t, 3, 3)
-        Corners, anticlockwise as seen from outside. An object array of fractions gives exact results.
-
-    Returns
-    -------
-    volume : (...)
-    first : (..., 3)
-    second : (..., 3, 3)
-        About the origin of the coordinates: place it near the solid, or digits cancel.
-    """
-    a, b, c = triangles[..., 0, :], triangles[..., 1, :], triangles[..., 2, :]
-    six = dot(a, cross(b, c))  # six times the signed volume of the tetrahedron between triangle and origin
-    total = a + b + c
-    products = _outer(a) + _outer(b) + _outer(c) + _outer(total)
-    first = _in_order(six[..., None] * total, -2) / 24
-    return _in_order(six, -1) / 6, first, _in_order(six[..., None, None] * products, -3) / 120
-
-
-def _outer(v: Any) -> Any:
-    return v[..., :, None] * v[..., None, :]
-
-
-def _in_order(terms: Any, axis: int) -> Any:
-    """Sum over an axis, one after the other, so that a row of a batch adds as it would alone."""
-    return np.take(np.cumsum(terms, axis=axis), -1, axis=axis)
-
-
 def _of_surface(triangles: Array, solid: Any, position: Array, rotation: Array) -> MassProperties:
     """Properties of the solids inside closed surfaces, in frames of their own.
 
@@ -195,31 +176,49 @@ def _conjugated(tensor: Array, axes: Array) -> Array:
     return np.asarray((full + np.swapaxes(full, -1, -2)) / 2)
 
 
-def _triangles(hull: Hull) -> Array:
-    """Outward triangles of a hull: each edge with one fixed corner of the face to its left, and of that to its right.
-
-    Where a batch is filled up with repeated edges, all but one of them become triangles of no size.
-    """
-    v, w, left, right = (hull.edges[..., i] for i in range(4))
-    corner = np.zeros(hull.planes.shape[:-1], dtype=np.int64)
-    np.put_along_axis(corner, left, v, axis=-1)
-    np.put_along_axis(corner, right, v, axis=-1)
-    fans = [
-        (np.take_along_axis(corner, left, axis=-1), v, w),
-        (np.take_along_axis(corner, right, axis=-1), w, v),
-    ]
-    repeated = np.zeros(v.shape, dtype=bool)
-    repeated[..., 1:] = np.all(hull.edges[..., 1:, :] == hull.edges[..., :-1, :], axis=-1)
-    index = np.concatenate([np.where(repeated[..., None], 0, np.stack(fan, axis=-1)) for fan in fans], axis=-2)
-    flat = index.reshape((*index.shape[:-2], -1, 1))
-    return np.take_along_axis(hull.vertices, flat, axis=-2).reshape((*index.shape, 3))
-
-
 def _polytope(hull: Hull, position: Array, rotation: Array) -> MassProperties:
     if not hull.edges.shape[-2]:  # points only
         batch = hull.dimension.shape
         return MassProperties(np.zeros(batch), np.full((*batch, 3), np.nan), np.zeros((*batch, 3, 3)))
-    return _of_surface(_triangles(hull), hull.dimension == 3, position, rotation)
+    return _of_surface(surface_of(hull), hull.dimension == 3, position, rotation)
+
+
+def _polyhedron(p: Polyhedron) -> MassProperties:
+    """One mesh for all poses; scaled by itself, as a batch may not scale it row by row."""
+    exponent = power_of_two(np.max(np.abs(p.vertices)))
+    mesh = np.ldexp(p.vertices, -exponent)[p.triangles]
+    at_origin = _of_surface(mesh, np.True_, np.zeros(3), IDENTITY)
+    axes = rotation_matrix(p.rotation)
+    return MassProperties(
+        np.broadcast_to(np.ldexp(at_origin.volume, 3 * exponent), p.batch_shape)[()],
+        p.position + apply(axes, np.ldexp(at_origin.barycentre, exponent)),
+        np.ldexp(_conjugated(at_origin.inertia, axes), 5 * exponent),
+    )
+
+
+def _composite(c: Composite, allowed_overlap: float) -> MassProperties:
+    """Sum over parts that have no volume in common (Steiner's theorem)."""
+    from refimpl.queries import distance  # noqa: PLC0415  the queries need the shapes first
+
+    for a, b in combinations(range(len(c.parts)), 2):
+        depth = -distance(c.parts[a], c.parts[b]).distance
+        if np.any(depth > allowed_overlap):
+            raise UnsupportedOperation(
+                f"Composite.parts[{a}] and [{b}] overlap by {np.max(depth):g}: their common volume would count twice; "
+                "build the union from parts that do not overlap, or allow it by `allowed_overlap`"
+            )
+    parts = [mass_properties(part, allowed_overlap=allowed_overlap) for part in c.parts]
+    volume = np.asarray(in_order(np.stack([part.volume for part in parts]), 0))
+    moments = [scale(part.volume, np.nan_to_num(part.barycentre)) for part in parts]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        middle = in_order(np.stack(moments), 0) / volume[..., None]
+    inertias = [part.inertia + _steiner(part.volume, np.nan_to_num(part.barycentre - middle)) for part in parts]
+    return MassProperties(volume[()], middle, in_order(np.stack(inertias), 0))
+
+
+def _steiner(volume: Array, away: Array) -> Array:
+    """Inertia of a mass point of this volume, at `away` from the centre."""
+    return np.asarray(np.asarray(volume)[..., None, None] * (dot(away, away)[..., None, None] * np.eye(3) - outer(away)))
 
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])

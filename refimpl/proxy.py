@@ -1,55 +1,48 @@
 """What all proxies share: validation, batches, rows of numbers, and the checks of transformations.
 
-The numbers stored are the shape: a double is an exact rational. Fields are arrays whose leading axes are batch
-axes; fields broadcast together. A field's *tail* is the shape of its trailing axes, those of one proxy; where a
-tail names a size by a letter, proxies of the type have different sizes, and one batch holds one size.
+The numbers stored are the shape: a double is an exact rational. Fields (`refimpl.fields`) are arrays whose leading
+axes are batch axes; fields broadcast together.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
-from refimpl.linear import Array, apply, as_floats, largest, quaternion_product, rotation_matrix
+from refimpl.fields import (
+    ShapeError,
+    Tail,
+    UnsupportedOperation,
+    as_offset,
+    as_positive,
+    as_quaternion,
+    count_of,
+    number,
+    rows,
+    shifted,
+    turned,
+    turned_frame,
+    vector,
+)
+from refimpl.linear import Array, as_floats, largest
 
-Tail = tuple[int | str, ...]
-
-
-class ShapeError(ValueError):
-    """A proxy was given numbers that mean no set; the text names the field and the value."""
-
-
-class UnsupportedOperation(TypeError):
-    """A proxy was asked for something its type does not have; the text names the type that does."""
-
-
-def number(*, minimum: float | None = None, open_end: bool = False) -> Any:
-    """Declare a field of one number per proxy, with the least value it may have."""
-    return field(metadata={"tail": (), "minimum": minimum, "open_end": open_end, "length": True})
-
-
-def vector(
-    *,
-    width: int = 3,
-    minimum: float | None = None,
-    open_end: bool = False,
-    nonzero: bool = False,
-    length: bool = True,
-    default: Any = None,
-) -> Any:
-    """Declare a field of `width` numbers per proxy; `length` tells whether they are lengths, which scale."""
-    rules = {"tail": (width,), "minimum": minimum, "open_end": open_end, "nonzero": nonzero, "length": length}
-    return field(metadata=rules) if default is None else field(metadata=rules, default=default)
-
-
-def rows(size: str, width: int | str = 0, *, nonzero: bool = False, length: bool = True) -> Any:
-    """Declare a field of as many rows of `width` numbers (0: single numbers) as the proxy's `size` says."""
-    tail: Tail = (size, width) if width else (size,)
-    return field(metadata={"tail": tail, "nonzero": nonzero, "length": length})
-
+__all__ = [
+    "Proxy",
+    "ShapeError",
+    "UnsupportedOperation",
+    "as_offset",
+    "as_positive",
+    "as_quaternion",
+    "number",
+    "rows",
+    "shifted",
+    "turned",
+    "turned_frame",
+    "vector",
+]
 
 _LAYOUTS: dict[type[Proxy], tuple[tuple[str, Tail], ...]] = {}
 
@@ -226,19 +219,19 @@ class Proxy:
         """How many numbers one proxy of this type is; types of no fixed size have none."""
         if cls.header:
             raise UnsupportedOperation(f"a {cls.__name__} has no fixed width: ask a single one for its `storage`")
-        return sum(_count(tail) for tail in cls._tails(()))
+        return sum(count_of(tail) for tail in cls._tails(()))
 
     @property
     def storage(self) -> int:
         """How many numbers one proxy of this batch is."""
-        return sum(_count(tail) for tail in type(self)._tails(self.sizes))
+        return sum(count_of(tail) for tail in type(self)._tails(self.sizes))
 
     def pack(self) -> Array:
         """All fields side by side, in the constructor's order, after the sizes; shape (..., width)."""
         batch = self.batch_shape
         parts = [np.broadcast_to(np.array(self.sizes, dtype=np.float64), (*batch, len(self.sizes)))]
         for (value, _), tail in zip(self._columns(), type(self)._tails(self.sizes), strict=True):
-            parts.append(value.reshape((*batch, _count(tail))))
+            parts.append(value.reshape((*batch, count_of(tail))))
         return np.concatenate(parts, axis=-1)
 
     @classmethod
@@ -246,7 +239,7 @@ class Proxy:
         """Build from the rows that `pack` gives; validated like any constructor call."""
         numbers = np.asarray(rows, dtype=np.float64)
         sizes = cls._read_sizes(numbers)
-        wanted = cls.header + sum(_count(tail) for tail in cls._tails(sizes))
+        wanted = cls.header + sum(count_of(tail) for tail in cls._tails(sizes))
         if numbers.ndim == 0 or numbers.shape[-1] != wanted:
             cls._refuse_rows(f"expected rows of {wanted} numbers, got an array of shape {numbers.shape}")
         return cls._validated(*cls._parts(numbers, sizes))
@@ -297,7 +290,7 @@ class Proxy:
     def _parts(cls, rows: Array, sizes: tuple[int, ...]) -> list[Array]:
         parts, start = [], cls.header
         for tail in cls._tails(sizes):
-            end = start + _count(tail)
+            end = start + count_of(tail)
             parts.append(rows[..., start:end].reshape((*rows.shape[:-1], *tail)))
             start = end
         return parts
@@ -307,7 +300,7 @@ class Proxy:
         """Largest absolute coordinate or extent, per proxy; a direction's length is no length of the scene."""
         tails = type(self)._tails(self.sizes)
         lengths = [
-            getattr(self, spec.name).reshape((*self.batch_shape, _count(tail)))
+            getattr(self, spec.name).reshape((*self.batch_shape, count_of(tail)))
             for spec, tail in zip(fields(self), tails, strict=True)
             if spec.metadata["length"]
         ]
@@ -384,47 +377,3 @@ class Proxy:
     def transformed(self, rotation: Any, translation: Any) -> Self:
         """Turn about the origin, then move: the isometry x ↦ R x + translation."""
         return self.rotated(rotation).translated(translation)
-
-
-def _count(tail: tuple[int, ...]) -> int:
-    return int(np.prod(tail, dtype=int))
-
-
-def shifted(value: Array, exponent: Array, ends: int = 0) -> Array:
-    """Give value · 2^exponent, the exponent (...) having `ends` trailing axes less than the value."""
-    return np.asarray(np.ldexp(value, exponent.reshape(exponent.shape + (1,) * ends)))
-
-
-def as_positive(factor: Any) -> Array:
-    """Check a scaling factor: one positive number per proxy."""
-    value = as_floats(factor)
-    if not np.all(np.isfinite(value) & (value > 0)):
-        raise UnsupportedOperation(f"a scaling factor must be positive and finite, got {value.tolist()!r}")
-    return value
-
-
-def as_offset(offset: Any) -> Array:
-    """Check a translation: vectors (..., 3), finite."""
-    v = as_floats(offset)
-    if v.ndim == 0 or v.shape[-1] != 3 or not np.all(np.isfinite(v)):
-        raise ShapeError(f"a translation is a finite vector (x, y, z), got {np.asarray(offset).tolist()!r}")
-    return v
-
-
-def as_quaternion(rotation: Any) -> Array:
-    """Check a rotation: a quaternion (x, y, z, w), finite and not zero."""
-    q = as_floats(rotation)
-    if q.ndim == 0 or q.shape[-1] != 4 or not np.all(np.isfinite(q)) or np.any(np.all(q == 0, axis=-1)):
-        raise ShapeError(f"a rotation is a non-zero quaternion (x, y, z, w), got {np.asarray(rotation).tolist()!r}")
-    return q
-
-
-def turned(rotation: Any, v: Array) -> Array:
-    """Turn vectors about the origin by a quaternion, which is checked."""
-    return apply(rotation_matrix(as_quaternion(rotation)), v)
-
-
-def turned_frame(rotation: Any, own: Array) -> Array:
-    """Quaternion of a frame `own` that is turned about the origin by `rotation`."""
-    q = as_quaternion(rotation)
-    return quaternion_product(q / largest(q)[..., None], own / largest(own)[..., None])

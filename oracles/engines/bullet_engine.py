@@ -39,17 +39,18 @@ from oracles.engines import geometry
 from oracles.engines.bullet_scripts import script
 from oracles.engines.bullet_shapes import MARGIN, NO_ELLIPSOID, on_grid, place
 from oracles.engines.bullet_world import World, import_bullet
-from oracles.engines.geometry import Composite, Polyhedron
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from refimpl.shapes import (
     AABB,
     KDOP,
     Box,
+    Composite,
     ConvexPolyhedron,
     Cylinder,
     Ellipsoid,
     HalfSpace,
     Point,
+    Polyhedron,
     Sphere,
 )
 

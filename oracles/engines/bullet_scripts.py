@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from oracles.engine import Row
 from oracles.engines import geometry
-from oracles.engines.bullet_shapes import COMPOUND, HULL, MESH, PLANE, Placed, compound_arguments, ray_at, ray_end
-from oracles.engines.bullet_world import FAR, SURFACES
+from oracles.engines.bullet_shapes import COMPOUND, HULL, MESH, Placed, compound_arguments, ray_at, ray_end
+from oracles.engines.bullet_world import FAR, SURFACES, comes_second
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 
 SCRIPT = '''"""Bullet: {query} of {A} (a) and {B} (b)."""
@@ -57,58 +57,58 @@ def _side(name: str, placed: list[Placed]) -> str:
     return text
 
 
-BEST = """distance, point, extra_a, extra_b = min(found, key=lambda one: one[0])
-normal = [-u for u in point[7]]  # from a to b
+BEST = """distance, on_a, on_b, normal = min(found, key=lambda one: one[0])
 print("distance =", repr(distance))
-print("on_a =", [u - extra_a * n for u, n in zip(point[5], normal)])
-print("on_b =", [u + extra_b * n for u, n in zip(point[6], normal)])
+print("on_a =", on_a)
+print("on_b =", on_b)
 print("normal =", normal)
 """
-BEST_SWAPPED = """distance, point, extra_b, extra_a = min(found, key=lambda one: one[0])
-normal = list(point[7])  # from a to b
-print("distance =", repr(distance))
-print("on_a =", [u - extra_a * n for u, n in zip(point[6], normal)])
-print("on_b =", [u + extra_b * n for u, n in zip(point[5], normal)])
-print("normal =", normal)
+ADD = """def add(points, first, second, swapped):
+    for point in points:
+        normal = [-u for u in point[7]]  # from the first to the second
+        on_first = [u - first[3] * n for u, n in zip(point[5], normal)]
+        on_second = [u + second[3] * n for u, n in zip(point[6], normal)]
+        distance = point[8] + (first[3] + second[3])
+        if swapped:
+            found.append((distance, on_second, on_first, [-u for u in normal]))
+        else:
+            found.append((distance, on_first, on_second, normal))
+
+
+found = []  # distance, on a, on b, normal from a to b
 """
 
 
 def _closest(query: str, a: list[Placed], b: list[Placed]) -> str:
-    swapped = query == DISTANCE and any(part.geometry == PLANE for part in a)
-    first, second = ("b", "a") if swapped else ("a", "b")
-    text = _side("a", a) + _side("b", b)
-    if swapped:
-        text += "# The plane goes second: of shapes without bodies PyBullet returns a leading plane as B.\n"
-    text += f"""found = []
-for shape_a, at_a, turn_a, extra_a in {first}:
-    for shape_b, at_b, turn_b, extra_b in {second}:
-        points = pybullet.getClosestPoints(
-            bodyA=-1,
-            bodyB=-1,
-            distance={FAR if query == DISTANCE else 0.0},
-            collisionShapeA=shape_a,
-            collisionShapeB=shape_b,
-            collisionShapePositionA=at_a,
-            collisionShapePositionB=at_b,
-            collisionShapeOrientationA=turn_a,
-            collisionShapeOrientationB=turn_b,
-        )
-        found += [(point[8] + (extra_a + extra_b), point, extra_a, extra_b) for point in points]
+    order = [(i, j, query == DISTANCE and comes_second(x, y)) for i, x in enumerate(a) for j, y in enumerate(b)]
+    pairs = ", ".join(f"(b[{j}], a[{i}], True)" if swapped else f"(a[{i}], b[{j}], False)" for i, j, swapped in order)
+    text = _side("a", a) + _side("b", b) + ADD
+    if any(swapped for *_, swapped in order):
+        text += "# Of shapes without bodies, compounds and hulls come back first, and planes and meshes last.\n"
+    text += f"""for first, second, swapped in [{pairs}]:
+    points = pybullet.getClosestPoints(
+        bodyA=-1,
+        bodyB=-1,
+        distance={FAR if query == DISTANCE else 0.0},
+        collisionShapeA=first[0],
+        collisionShapeB=second[0],
+        collisionShapePositionA=first[1],
+        collisionShapePositionB=second[1],
+        collisionShapeOrientationA=first[2],
+        collisionShapeOrientationB=second[2],
+    )
+    add(points, first, second, swapped)
 """
-    if query == BOOLEAN:
-        return text + 'print("hit =", float(len(found) > 0))\n'
-    return text + (BEST_SWAPPED if swapped else BEST)
+    return text + ('print("hit =", float(len(found) > 0))\n' if query == BOOLEAN else BEST)
 
 
 def _contacts(a: list[Placed], b: list[Placed]) -> str:
     movable = any(part.geometry in SURFACES for part in b)
-    text = _side("a", a) + _side("b", b) + _bodies("a", a, movable) + _bodies("b", b, not movable)
+    text = _side("a", a) + _side("b", b) + _bodies("a", a, movable) + _bodies("b", b, not movable) + ADD
     text += """pybullet.performCollisionDetection()
-found = []
-for body_a, extra_a in bodies_a:
-    for body_b, extra_b in bodies_b:
-        points = pybullet.getContactPoints(body_a, body_b)
-        found += [(point[8] + (extra_a + extra_b), point, extra_a, extra_b) for point in points]
+for first, body_a in zip(a, bodies_a):
+    for second, body_b in zip(b, bodies_b):
+        add(pybullet.getContactPoints(body_a, body_b), first, second, False)
 found = [one for one in found if one[0] <= 0]
 print("hit =", float(len(found) > 0))
 if found:
@@ -118,8 +118,9 @@ if found:
 
 def _bodies(name: str, placed: list[Placed], movable: bool) -> str:
     mass = float(movable and not any(part.geometry in SURFACES for part in placed))
-    made = f"(pybullet.createMultiBody({mass!r}, shape, -1, at, turn), extra)"
-    return f"bodies_{name} = [{made} for shape, at, turn, extra in {name}]\n"
+    return (
+        f"bodies_{name} = [pybullet.createMultiBody({mass!r}, shape, -1, at, turn) for shape, at, turn, _ in {name}]\n"
+    )
 
 
 def _cast(ray: Row, b: list[Placed]) -> str:

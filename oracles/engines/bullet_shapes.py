@@ -10,16 +10,18 @@ import numpy as np
 
 from oracles.engine import Array, Kind, Row, UnsupportedCell
 from oracles.engines import geometry
-from oracles.engines.geometry import Composite, Key, Polyhedron
+from oracles.engines.geometry import Key
 from refimpl.shapes import (
     AABB,
     KDOP,
     Box,
     Capsule,
+    Composite,
     ConvexPolyhedron,
     Cylinder,
     HalfSpace,
     Point,
+    Polyhedron,
     Sphere,
 )
 
@@ -146,7 +148,8 @@ def place(kind: Kind, row: Row, thinnest: float) -> list[Placed]:
     """
     if kind is not Composite:
         return [PLACE[kind](row, thinnest)]
-    single, together = [], []
+    single: list[Placed] = []
+    together: list[Placed] = []
     for part, numbers in geometry.parts(kind, row):
         if part not in PLACE or part is Polyhedron:
             raise UnsupportedCell(NO_SOLID_PART if part is Polyhedron else NO_ELLIPSOID)
@@ -184,7 +187,7 @@ STEPS = 10216
 def on_grid(vertices: Array) -> Array:
     """Vertices (m, 3) of a hull as `btConvexHullComputer` leaves them: towards the middle, to the next step."""
     lower, upper = vertices.min(axis=0), vertices.max(axis=0)
-    middle, step = (lower + upper) * 0.5, (upper - lower) / STEPS
+    middle, step = (lower + upper) * 0.5, (upper - lower) * (1.0 / STEPS)  # in the roundings of btVector3
     steps = (vertices - middle) * np.divide(1.0, step, out=np.zeros(3), where=step != 0)
     return np.asarray(np.trunc(steps) * step + middle)
 

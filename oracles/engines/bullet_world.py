@@ -59,6 +59,18 @@ def pairs_of(a: list[Placed], b: list[Placed]) -> list[tuple[Placed, Placed]]:
     return [(x, y) for x in a for y in b]
 
 
+RANK = {COMPOUND: 0, HULL: 0, MESH: 2, PLANE: 2}
+
+
+def comes_second(a: Placed, b: Placed) -> bool:
+    """Whether the closest points of two shapes without bodies come back as those of `b` and `a`.
+
+    Whatever the order of the call, compounds come back first, a hull being one of a single part for PyBullet, and
+    meshes and planes last.
+    """
+    return RANK.get(a.geometry, 1) > RANK.get(b.geometry, 1)
+
+
 class World:
     """A physics client without display, and the ways to ask it."""
 
@@ -137,8 +149,8 @@ class World:
         return min((self._closest(x, y) for x, y in pairs_of(a, b)), key=itemgetter(1))
 
     def _closest(self, a: Placed, b: Placed) -> AnswerRow:
-        """Nearest of the closest points; for shapes without bodies PyBullet returns a leading plane as B."""
-        if a.geometry != PLANE:
+        """Nearest of the closest points, asked for in the order in which they come back."""
+        if not comes_second(a, b):
             return self._signed(self._points(a, b, FAR), a, b)
         answer = self._signed(self._points(b, a, FAR), b, a)
         _, distance, bx, by, bz, ax, ay, az, x, y, z = answer[:11]

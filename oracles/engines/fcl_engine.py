@@ -41,16 +41,17 @@ from oracles.engine import (
 )
 from oracles.engines import geometry
 from oracles.engines.fcl_shapes import Maker, Placed, frame_text, place, shape_text
-from oracles.engines.geometry import Composite, Polyhedron
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from refimpl.shapes import (
     AABB,
     KDOP,
     Box,
     Capsule,
+    Composite,
     Cylinder,
     HalfSpace,
     Point,
+    Polyhedron,
     Sphere,
 )
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from oracles.engine import Array, Kind, Row
 from oracles.engines import geometry
-from oracles.engines.geometry import Kept, Key, Polyhedron
+from oracles.engines.geometry import Kept, Key
 from refimpl.shapes import (
     AABB,
     KDOP,
@@ -21,6 +21,7 @@ from refimpl.shapes import (
     Ellipsoid,
     HalfSpace,
     Point,
+    Polyhedron,
     Sphere,
 )
 

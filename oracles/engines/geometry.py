@@ -14,13 +14,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from oracles.engine import Array, Kind, Row
-from refimpl.shapes import KDOP, ConvexPolyhedron, Proxy
-
-try:
-    from refimpl.shapes import Composite, Polyhedron
-except ImportError:
-    Composite = type("Composite", (Proxy,), {})
-    Polyhedron = type("Polyhedron", (Proxy,), {})
+from refimpl.shapes import KDOP, Composite, ConvexPolyhedron
 
 T = TypeVar("T")
 Key = tuple[float, ...]

@@ -8,13 +8,14 @@ expanding polytope with Newton's method where the cores overlap.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from refimpl import compiling
 from refimpl.algorithms.halfspaces import lowest_against_plane, unit_plane
 from refimpl.algorithms.rows import body_rows
 from refimpl.kernels import expanding
 from refimpl.kernels.gjk import SIMPLEX
-from refimpl.linear import apply, apply_inverse, cross, dot, perpendicular, rotation_matrix, scale, unit_or
+from refimpl.linear import Array, apply, apply_inverse, cross, dot, perpendicular, rotation_matrix, scale, unit_or
 from refimpl.proxy import Proxy
 from refimpl.results import Separation, where
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, Cylinder, Ellipsoid, HalfSpace, Point, Sphere
@@ -73,7 +74,8 @@ def halfspace_cylinder(h: HalfSpace, c: Cylinder) -> Separation:
 def point_ellipsoid(x: Point, e: Ellipsoid) -> Separation:
     """Signed distance of a point from an ellipsoid: one root of a monotone function.
 
-    Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid. From the centre, along the least radius.
+    From the centre, along the least radius. Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a
+    Hyperellipsoid.
     """
     return separation(x, e)
 
@@ -162,3 +164,39 @@ def ellipsoid_convexpolyhedron(e: Ellipsoid, p: ConvexPolyhedron) -> Separation:
 def cylinder_convexpolyhedron(z: Cylinder, p: ConvexPolyhedron) -> Separation:
     """Signed distance of a cylinder and a convex polyhedron, by the general search over its corners."""
     return separation(z, p)
+
+
+def expanded(a: Proxy, b: Proxy, gap: float, direction: Array) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Give the expanding polytope of one overlapping pair, as evidence for its depth.
+
+    Parameters
+    ----------
+    a, b
+        Convex and bounded, of batch shape ().
+    gap
+        How near, as a length, the nearest facet has to come to the least depth. The polytope ends at a few hundred
+        points in any case.
+    direction : (3,)
+        Unit normal from A to B as far as it is known; the search starts there.
+
+    Returns
+    -------
+    on_a, on_b : (m, 3)
+        Support points of A and of B; the corners of the polytope are the differences on_b − on_a.
+    triangles : (t, 3) int
+        Corners of its facets, counted so that on_a − on_b, seen from outside, goes round counterclockwise. None for a
+        difference that is flat.
+    """
+    one, other = a.broadcast_to((1,)), b.broadcast_to((1,))
+    origin = one.reference_point
+    module = compiling.module_for("expanding", 1)
+    rows = [compiling.numbers(body_rows(x, origin), module)[0] for x in (one, other)]
+    floats = [compiling.buffer(size, module) for size in (expanding.POINTS, expanding.PLANES)]
+    whole = [compiling.buffer(size, module, whole=True) for size in (expanding.FACETS, expanding.SCRATCH)]
+    start = (float(direction[0]), float(direction[1]), float(direction[2]))
+    points, facets, *_ = module.expand(*rows, start, gap, *floats, *whole)
+    corners = np.asarray(floats[0]).reshape(-1, 9)[:points]
+    table = np.asarray(whole[0]).reshape(-1, 7)[:facets]
+    alive = table[table[:, expanding.MARK] != expanding.DEAD, :3]
+    used, triangles = np.unique(alive, return_inverse=True)
+    return origin + corners[used, 3:6], origin + corners[used, 6:9], triangles.reshape(-1, 3).astype(np.int64)

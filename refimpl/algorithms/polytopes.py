@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +17,17 @@ from refimpl.algorithms.halfspaces import lowest_against_plane, unit_plane
 from refimpl.algorithms.rounds import grown
 from refimpl.compiling import is_compiled, module_for, numbers
 from refimpl.hulls import Hull, hull_of_box
-from refimpl.kernels.axes import REMEMBERED
-from refimpl.kernels.polytopes import EDGE, FACE, FIRST
+from refimpl.kernels.polytopes import FACE, FIRST
 from refimpl.kernels.polytopes_nearest import ROOM
-from refimpl.linear import Array, apply, dot, rotation_matrix, scale, unit_or
+from refimpl.linear import Array, apply, apply_inverse, dot, rotation_matrix, unit_or
 from refimpl.results import Separation
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Point, Proxy, Sphere
 
 Indices = NDArray[np.int64]
 STILL = np.eye(3)
-LARGE = 64
-"""Work counts as that of so many small pairs when a polytope has that many times this number of vertices."""
+POINT = np.array([[1.0, 0, 0, 0, 0, 0, FIRST + 3, FIRST + 3, 0, 0, 0]])
+LARGE = 1000
+"""A row of so many numbers makes one pair as much work as two small ones, and worth compiling for accordingly."""
 
 
 @dataclass(frozen=True)
@@ -47,50 +48,59 @@ class Polytopes:
     which: Indices
     pose: Array
 
+    def alone(self) -> Polytopes:
+        """Give the same without the geometries that none of the batch has."""
+        used, which = np.unique(self.which, return_inverse=True)
+        return Polytopes(self.geometry[used], which, self.pose)
 
-def _shared(a: Any) -> bool:
-    return len(a) > 1 and a.strides[0] == 0
 
+def geometry_rows(hulls: Hull) -> tuple[Array, Array]:
+    """Rows of a table of hulls, relative to the middles of their bounding boxes, and those middles.
 
-def geometry_rows(hull: Hull) -> tuple[Array, Array]:
-    """Rows of a batch of hulls, relative to the middles of their bounding boxes, and those middles.
-
-    A face's offset is that of the farthest rounded vertex, so that both tell of the same polytope.
+    A face's offset is that of the farthest rounded vertex, so that both tell of the same polytope. What a hull
+    repeats to be as long as others of its table is not counted.
     """
-    vertices, edges = hull.vertices, hull.edges
-    count = len(vertices)
+    vertices, edges = hulls.vertices, hulls.edges
     middle = np.min(vertices, axis=1) / 2 + np.max(vertices, axis=1) / 2
-    inner = vertices - middle[:, None, :]
-    normals = np.broadcast_to(hull.planes[..., :3], (count, *hull.planes.shape[1:-1], 3))
-    heights = inner[:, None, :, :] * normals[:, :, None, :]
-    offsets = np.max((heights[..., 0] + heights[..., 1]) + heights[..., 2], axis=-1)
+    inner, normals = vertices - middle[:, None, :], hulls.planes[..., :3]
+    offsets = np.max(dot(inner[:, None, :, :], normals[:, :, None, :]), axis=-1)
     faces = np.concatenate([normals, offsets[..., None], np.zeros((*offsets.shape, 1))], axis=-1)
-    ends = (np.take_along_axis(inner, np.broadcast_to(edges[..., i, None], (*edges.shape[:2], 3)), 1) for i in (0, 1))
-    start, end = ends
-    ways = unit_or(end - start, STILL[0])[0]
-    links = np.broadcast_to(edges, (count, *edges.shape[1:])).astype(np.float64)
-    sizes = np.array([inner.shape[1], faces.shape[1], links.shape[1]], dtype=np.float64)
+    start, end = (np.take_along_axis(inner, np.repeat(edges[..., i, None], 3, axis=2), axis=1) for i in (0, 1))
+    links = np.concatenate([edges, unit_or(end - start, STILL[0])[0]], axis=-1)
+    parts = [inner, faces, links]
+    counts = np.stack([_different(hulls.vertices), _different(hulls.planes), _different(edges)], axis=1)
     centre = np.cumsum(inner, axis=1)[:, -1] / inner.shape[1]  # one by one: the same bits in any batch
-    parts = [np.broadcast_to(sizes, (count, 3)), centre, inner, faces]
-    parts.append(np.concatenate([links, ways], axis=-1))
-    return np.concatenate([p.reshape(count, -1) for p in parts], axis=1), middle
+    ends = FIRST + np.cumsum([p.shape[1] * p.shape[2] for p in parts])[:2]
+    header = np.concatenate([counts, centre, np.broadcast_to(ends, (len(inner), 2))], axis=1)
+    return np.concatenate([header, *(p.reshape(len(p), -1) for p in parts)], axis=1), middle
 
 
-def _of_hull(x: Any) -> tuple[Hull, Any]:
-    """Hull of a polytope, and the exponent of the power of two by which it is scaled."""
-    if hasattr(x, "hull_and_exponent"):
-        hull, exponent = x.hull_and_exponent()
-        return hull, exponent
-    return x.hull, np.zeros(len(x), dtype=np.int64)
+def _different(rows: Any) -> Any:
+    """How many rows come before the last one's repetitions, and it."""
+    if rows.shape[1] == 0:
+        return np.zeros(len(rows))
+    other = np.any(rows != rows[:, -1:], axis=-1)
+    return rows.shape[1] - np.argmax(other[:, ::-1], axis=1) + 1.0 - np.where(other.any(axis=1), 0.0, rows.shape[1])
+
+
+_known: WeakKeyDictionary[Hull, tuple[Array, Array]] = WeakKeyDictionary()
+
+
+def _rows_of(table: Hull) -> tuple[Array, Array]:
+    """Rows and middles of a table of hulls, found once."""
+    if table not in _known:
+        _known[table] = geometry_rows(table)
+    return _known[table]
 
 
 def polytopes(x: Proxy) -> Polytopes:
     """Rows of a batch of proxies; of spheres and capsules the centres and the axes."""
     count = len(x)
     origin, matrix, exponent = x.reference_point, np.broadcast_to(STILL, (count, 3, 3)), np.zeros(count, dtype=np.int64)
+    which = np.arange(count)
     match x:
         case Point() | Sphere():
-            geometry = np.array([[1.0, 0, 0, 0, 0, 0, 0, 0, 0]])
+            geometry, which = POINT, np.zeros(count, dtype=np.int64)
         case Capsule():
             geometry = _segments(x.p - origin, x.q - origin)
         case AABB():
@@ -98,33 +108,30 @@ def polytopes(x: Proxy) -> Polytopes:
         case Box():
             geometry = _boxes(-x.half_extents, x.half_extents)
             matrix = rotation_matrix(x.rotation)
-        case _:
-            hull, exponent = _of_hull(x)
-            one = _shared(hull.vertices) and _shared(hull.planes)
-            geometry, middle = geometry_rows(hull.mapped(lambda a, _: a[:1]) if one else hull)
-            middle = np.ldexp(np.broadcast_to(middle, (count, 3)), exponent[:, None])
+        case KDOP() | ConvexPolyhedron():
+            derived = x.derived()
+            which, exponent = derived.which, derived.exponent
+            geometry, middles = _rows_of(derived.table)
+            origin = np.ldexp(middles[which], exponent[:, None])
             if isinstance(x, ConvexPolyhedron):
                 matrix = rotation_matrix(x.rotation)
-                origin = x.position + apply(matrix, middle)
-            else:
-                origin = middle
-    which = np.arange(count) if len(geometry) == count else np.zeros(count, dtype=np.int64)
+                origin = x.position + apply(matrix, origin)
     pose = np.concatenate([origin, matrix.reshape(count, 9), np.ldexp(1.0, exponent)[:, None]], axis=1)
-    return Polytopes(geometry, which, pose)
+    return Polytopes(geometry, np.ascontiguousarray(which), pose)
 
 
 def _segments(p: Array, q: Array) -> Array:
     """Rows of segments: two vertices, and an edge without faces."""
-    sizes = np.broadcast_to(np.array([2.0, 0, 1, 0, 0, 0]), (len(p), FIRST))
+    sizes = np.broadcast_to(np.array([2.0, 0, 1, 0, 0, 0, FIRST + 6, FIRST + 6]), (len(p), FIRST))
     link = np.broadcast_to(np.array([0.0, 1, -1, -1]), (len(p), 4))
     return np.concatenate([sizes, p, q, link, unit_or(q - p, STILL[0])[0]], axis=1)
 
 
-def _template() -> tuple[Array, Array, Array]:
+def _template() -> tuple[Array, Indices, Indices]:
     """Row of the box from −1 to 1, and where its vertices and its faces' offsets are."""
     row = geometry_rows(hull_of_box(-np.ones((1, 3)), np.ones((1, 3))))[0]
-    vertices = np.arange(FIRST, FIRST + 24)
-    offsets = np.arange(FIRST + 24 + 3, FIRST + 24 + 6 * FACE, FACE)
+    vertices = np.arange(FIRST, FIRST + 24, dtype=np.int64)
+    offsets = np.arange(FIRST + 24 + 3, FIRST + 24 + 6 * FACE, FACE, dtype=np.int64)
     return row, vertices, offsets
 
 
@@ -141,15 +148,15 @@ def _boxes(lower: Array, upper: Array) -> Array:
 def separate(a: Proxy, b: Proxy) -> Separation:
     """Signed distance of the cores of two batches of proxies, of which each is a polytope, a segment or a point."""
     x, y = polytopes(a), polytopes(b)
-    count = len(x.pose)
-    work = count * (1 + (x.geometry.shape[1] + y.geometry.shape[1]) // (LARGE * EDGE))
-    module = module_for("polytopes_pair", work)
+    count, width = len(x.pose), max(x.geometry.shape[1], y.geometry.shape[1])
+    module = module_for("polytopes_pair", count * (1 + width // LARGE))
+    if not is_compiled(module):
+        x, y = x.alone(), y.alone()
     rows = (x.geometry, x.which, x.pose, y.geometry, y.which, y.pose)
-    width = max(x.geometry.shape[1], y.geometry.shape[1])
-    room = [np.zeros(n) for n in (width, width, ROOM, width + 96 + REMEMBERED)]
+    room = [np.zeros(n) for n in (width, width, ROOM, width + 96)]
     answers = numbers(np.zeros((count, 10)), module)
     module.separations(*(numbers(r, module) for r in (*rows, *room)), answers)
-    found = np.asarray(answers) if is_compiled(module) else np.array(answers).reshape(count, 10)
+    found = np.array(answers).reshape(count, 10)
     return Separation(found[:, 0], found[:, 4:7], found[:, 7:10], found[:, 1:4])
 
 
@@ -195,17 +202,13 @@ def capsule_convexpolyhedron(c: Capsule, b: ConvexPolyhedron) -> Separation:
 def _above_plane(h: HalfSpace, b: KDOP | ConvexPolyhedron) -> Separation:
     """Signed distance of a half-space and a polytope: its lowest vertex decides."""
     n, _ = unit_plane(h)
-    hull, exponent = _of_hull(b)
-    if isinstance(b, ConvexPolyhedron):
-        matrix, position = rotation_matrix(b.rotation), b.position
-        turned = np.swapaxes(matrix, -1, -2)
-        down = apply(turned, n)
-    else:
-        matrix, position, down = np.broadcast_to(STILL, (len(b), 3, 3)), np.zeros((len(b), 3)), n
-    heights = dot(hull.vertices, down[:, None, :])
-    first = np.argmin(heights, axis=1)[:, None, None]
-    lowest = np.take_along_axis(np.broadcast_to(hull.vertices, (*heights.shape, 3)), first, axis=1)[:, 0]
-    place = position + apply(matrix, scale(np.ldexp(1.0, exponent), lowest))
+    derived = b.derived()
+    vertices = derived.table.vertices[derived.which]
+    matrix = rotation_matrix(b.rotation) if isinstance(b, ConvexPolyhedron) else np.broadcast_to(STILL, (len(b), 3, 3))
+    heights = dot(vertices, apply_inverse(matrix, n)[:, None, :])
+    first = np.argmin(heights, axis=1)
+    lowest = np.ldexp(vertices[np.arange(len(b)), first], derived.exponent[:, None])
+    place = b.position + apply(matrix, lowest) if isinstance(b, ConvexPolyhedron) else lowest
     return lowest_against_plane(h, place, np.zeros(len(h))).flipped()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from refimpl.kernels import bodies
-from refimpl.linear import Array, apply, cross, norm, perpendicular, rotation_matrix, scale, unit_or
+from refimpl.linear import Array, apply, cross, norm, perpendicular, rotation_matrix, unit_or
 from refimpl.proxy import Proxy
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, Cylinder, Ellipsoid, Point, Sphere
 
@@ -59,7 +59,7 @@ def _hull_rows(vertices: Array, counts: Array, radius: Array) -> Array:
     return rows
 
 
-def _corners(shape: Proxy, start: Array) -> tuple[Array, Array, Array]:
+def _corners(shape: Proxy, start: Array) -> tuple[Array, Array, Array]:  # noqa: PLR0911  one for each type
     """Vertices (n, m, 3) counted from `start`, how many of them count, and the radius of the ball around each."""
     n = len(shape)
     none, ones = np.zeros(n), np.ones(n)

@@ -198,4 +198,3 @@ def some_axis(a: Row, b: Row) -> Vector:
     if b[N_EDGES] > 0.0:
         return perpendicular(three(b, first_edge(b) + DIRECTION))
     return (1.0, 0.0, 0.0)
-

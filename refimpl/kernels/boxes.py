@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from . import kernel
 from .axes import crossed, three
-from .polytopes import N_VERTICES, Row, Scratch
+from .polytopes import CENTRE, FIRST, N_VERTICES, Row, Scratch
 from .polytopes_nearest import APART, nearest, on_first, on_second
 from .polytopes_pair import HERE, ROUNDING, Answer, across_features, touching_points, write
 from .vectors import Vector, cross, dot, length, minus, opposite, perpendicular, plus, times, unit_or
@@ -19,6 +19,8 @@ from .vectors import Vector, cross, dot, length, minus, opposite, perpendicular,
 SEGMENT, ALIGNED, TURNED = 0, 1, 2
 """What a row of numbers is: p, q (and a radius); lower, upper; centre, half extents, quaternion."""
 HALF, AXES, FRAME = 3, 6, 15
+PLACED, FEATURES = FIRST + 24, 36
+"""Room for the corners of a box, and for the edges of a simplex."""
 
 
 @kernel
@@ -29,7 +31,7 @@ def _write(row: Scratch, at: int, v: Vector) -> None:
 @kernel
 def _turn(row: Row, at: int, frame: Scratch) -> None:
     """Axes of a frame from the quaternion at `at`, of any length: the homogeneous form, divided once."""
-    size = max(max(abs(row[at]), abs(row[at + 1])), max(abs(row[at + 2]), abs(row[at + 3])))
+    size = max(abs(row[at]), abs(row[at + 1]), abs(row[at + 2]), abs(row[at + 3]))
     x, y, z, w = row[at] / size, row[at + 1] / size, row[at + 2] / size, row[at + 3] / size
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
     total = (xx + yy) + (zz + ww)
@@ -69,16 +71,16 @@ def set_corners(kind: int, frame: Row, offset: Vector, body: Scratch) -> float:
     """Corners of a frame with its centre at `offset`, as a placed polytope's; gives their largest coordinate."""
     sides = 2 if kind == SEGMENT else 8
     body[N_VERTICES], body[1], body[2] = sides, 0.0, 0.0
-    _write(body, 3, offset)
+    _write(body, CENTRE, offset)
     u, v = times(frame[HALF], three(frame, AXES)), times(frame[HALF + 1], three(frame, AXES + 3))
-    w, at, most = times(frame[HALF + 2], three(frame, AXES + 6)), 6, 0.0
+    w, at, most = times(frame[HALF + 2], three(frame, AXES + 6)), FIRST, 0.0
     for i in range(sides):
         x = plus(offset, u) if i % 2 else minus(offset, u)
         if sides == 8:
             x = plus(x, v) if i // 2 % 2 else minus(x, v)
             x = plus(x, w) if i // 4 else minus(x, w)
         _write(body, at, x)
-        most = max(most, max(abs(x[0]), max(abs(x[1]), abs(x[2]))))
+        most = max(most, abs(x[0]), abs(x[1]), abs(x[2]))
         at += 3
     return most
 

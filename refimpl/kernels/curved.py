@@ -27,7 +27,7 @@ from .expanding import (
     highest,
     insert,
 )
-from .features import Points, better_along, gap_along, moved, polish
+from .features import Points, better_along, gap_along, moved, points_of_face, polish
 from .gjk import ON_A, ON_B, OVERLAPPING, Simplex, gjk, store, weighted
 from .newton import ZERO
 from .projection import nearest_to_point
@@ -201,7 +201,9 @@ def face_towards(row: Row, n: Vector, shift: Vector, slack: float, face: Floats)
 def witnesses(
     a: Row, b: Row, sigma: float, n: Vector, size: float, simplex: Simplex, face_a: Floats, face_b: Floats
 ) -> tuple[Vector, Vector, float]:
-    """Find points of two bodies that are σ·n apart, and how far from it they stay: where their extreme faces along n meet, when B is moved by −σ·n.
+    """Find points of two bodies that are σ·n apart, and how much they fail to be.
+
+    They are where the extreme faces along n meet, when B is moved by −σ·n.
 
     Of a very flat ellipsoid a direction does not tell the point well; it is projected from the other body instead.
     """
@@ -241,23 +243,13 @@ def sharpened(a: Row, b: Row, gap: float, n: Vector, simplex: Simplex, count: in
 
 
 @kernel
-def copy_moved(row: Row, shift: Vector, out: Floats) -> None:
-    """Write the row of a body that is moved by `shift`."""
-    for i in range(VERTICES):
-        out[i] = row[i]
-    store(out, CENTER, plus(three(row, CENTER), shift))
-    for i in range(int(row[COUNT])):
-        at = VERTICES + 3 * i
-        store(out, at, plus(three(row, at), shift))
-
-
-@kernel
 def settled(
     a: Row, b: Row, sigma: float, n: Vector, size: float, simplex: Simplex, face_a: Floats, face_b: Floats
 ) -> tuple[float, Vector, Vector, Vector, float]:
-    """Witness points for a distance and its direction, both sharpened once more where the points do not fit.
+    """Witness points for a distance and its direction, and both sharpened once more where the points do not fit.
 
-    With B moved away along n, as far apart as it is large, the closest points show the features that meet.
+    What g(n) tells in rounded numbers leaves n a little free. So the features are tried that would meet if n were
+    wrong by ever less.
 
     Returns
     -------
@@ -265,20 +257,15 @@ def settled(
         The last is the length of y − x − σ·n.
     """
     x, y, misfit = witnesses(a, b, sigma, n, size, simplex, face_a, face_b)
-    for _ in range(2):
-        if misfit <= 32.0 * EPS * size:
-            break
-        copy_moved(b, times(size - sigma, n), face_b)
-        _, count, _, _ = gjk(a, face_b, 0.0, 0.0, n, simplex, 0, 2.0 * EPS * size, 50)
-        if count > 3:
-            break
-        _, m = sharpened(a, face_b, -math.inf, n, simplex, count, 0.0)
-        gap = gap_along(a, b, m)
-        if gap < sigma - 16.0 * EPS * size:
-            break
-        p, q, rest = witnesses(a, b, gap, m, size, simplex, face_a, face_b)
-        if rest < misfit:
-            sigma, n, x, y, misfit = gap, m, p, q, rest
+    start = n
+    slack = 1e-4 * size
+    while misfit > 32.0 * EPS * size and slack > EPS * size:
+        gap, m, _, _ = polish(a, b, points_of_face(a, start, slack), points_of_face(b, opposite(start), slack), start)
+        if gap >= sigma - 16.0 * EPS * size:
+            p, q, rest = witnesses(a, b, gap, m, size, simplex, face_a, face_b)
+            if rest < misfit or gap > sigma + 16.0 * EPS * size:
+                sigma, n, x, y, misfit = gap, m, p, q, rest
+        slack *= 0.1
     return sigma, n, x, y, misfit
 
 

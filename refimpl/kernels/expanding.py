@@ -265,3 +265,57 @@ def facet_below(planes: Floats, facets: Ints, count: int, w: Vector) -> tuple[in
             if depth > best:
                 best, which = depth, f
     return which, best
+
+
+@kernel
+def expand(
+    a: Row,
+    b: Row,
+    n: Vector,
+    gap: float,
+    points: Floats,
+    planes: Floats,
+    facets: Ints,
+    scratch: Ints,
+) -> tuple[int, int, float, Vector, float]:
+    """Expand a polytope inside the difference of two bodies until its highest level is within `gap` of the best g.
+
+    No Newton's method and no features: support points only, so that the polytope proves the answer.
+
+    Parameters
+    ----------
+    a, b
+        Rows of bodies.
+    n
+        Direction to start from; the nearer to the best one, the better.
+    gap
+        A length, at least 0.
+
+    Returns
+    -------
+    points, facets, best, direction, level
+        Points noted, of which not all have to be corners; facets used, some of them dead; best g(n) and its n; the
+        highest level that is left. No points for a flat difference, and then the level is 0.
+    """
+    known, size, normal = begin(a, b, 0.0, 0.0, n, points, planes, facets)
+    if known == 0:
+        return 0, 0, 0.0, normal, 0.0
+    slack, used, placed = 2.0**-50 * size, 4, 4
+    best, direction, level = -math.inf, n, math.inf
+    while True:
+        while placed < known:
+            f, depth = facet_below(planes, facets, used, three(points, 9 * placed))
+            if depth > slack:
+                used = max(used, insert(points, planes, facets, scratch, f, placed, used, slack))
+            placed += 1
+        f = highest(planes, facets, used)
+        level = planes[4 * f + 3] if f >= 0 else level
+        if f < 0 or level <= best + gap or known >= MOST_POINTS - 1:
+            return known, used, best, direction, level
+        there = add_point(a, b, 0.0, 0.0, three(planes, 4 * f), points, known)
+        if there > best:
+            best, direction = there, three(planes, 4 * f)
+        if level - there <= slack:
+            facets[7 * f + MARK] = CLOSED
+        else:
+            known += 1

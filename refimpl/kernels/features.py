@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from . import kernel
-from .bodies import AXES, CENTER, CYLINDER, ELLIPSOID, HULL, KIND, SIZES, Row, support, three
+from .bodies import AXES, CENTER, COUNT, CYLINDER, ELLIPSOID, HULL, KIND, SIZES, VERTICES, Row, support, three
 from .newton import ZERO, Feature, climb, gap_of
 from .vectors import Vector, along, cross, dot, length, minus, opposite, times, unit_or, without
 
@@ -174,3 +174,38 @@ def polish(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vect
             if there > best:
                 best, direction, rest = there, cap, math.inf
     return best, direction, promised - gap, rest
+
+
+@kernel
+def hull_face(row: Row, n: Vector, slack: float) -> Points:
+    """Three vertices of a hull, as different as can be, among those less than `slack` below the highest along `n`."""
+    top = support(row, n)
+    p, q, r = top, top, top
+    far, wide = 0.0, 0.0
+    for i in range(int(row[COUNT])):
+        v = three(row, VERTICES + 3 * i)
+        way = minus(v, top)
+        if dot(way, n) >= -slack and dot(way, way) > far:
+            q, far = v, dot(way, way)
+    step = minus(q, p)
+    for i in range(int(row[COUNT])):
+        v = three(row, VERTICES + 3 * i)
+        way = minus(v, top)
+        normal = cross(way, step)
+        if dot(way, n) >= -slack and dot(normal, normal) > max(wide, 1e-20 * far * far):
+            r, wide = v, dot(normal, normal)
+    return p, q, r
+
+
+@kernel
+def points_of_face(row: Row, n: Vector, slack: float) -> Points:
+    """Three support points that show the feature of a body which is extreme along `n`, up to `slack`."""
+    if row[KIND] == HULL:
+        return hull_face(row, n, slack)
+    top = support(row, n)
+    if row[KIND] == CYLINDER:
+        axis = three(row, AXES + 6)
+        if abs(dot(axis, n)) * row[SIZES + 2] <= slack:
+            other = along(top, -2.0 * cap_of(row, top) * row[SIZES + 2], axis)
+            return top, other, other
+    return top, top, top

@@ -2,7 +2,8 @@
 
 A polytope's own geometry is a row::
 
-    [vertices, faces, edges, centre (3), vertices (3 each), faces (5 each), edges (7 each)]
+    [vertices, faces, edges, centre (3), where the faces start, where the edges start,
+     vertices (3 each), faces (5 each), edges (7 each)]
 
 centre
     Some point of the polytope.
@@ -26,7 +27,7 @@ from collections.abc import MutableSequence, Sequence
 from . import kernel
 from .vectors import Vector
 
-N_VERTICES, N_FACES, N_EDGES, CENTRE, FIRST = 0, 1, 2, 3, 6
+N_VERTICES, N_FACES, N_EDGES, CENTRE, FACES, EDGES, FIRST = 0, 1, 2, 3, 6, 7, 8
 FACE, EDGE = 5, 7
 OFFSET, SEEN = 3, 4
 LEFT, RIGHT, DIRECTION = 2, 3, 4
@@ -40,13 +41,13 @@ Scratch = MutableSequence[float]
 @kernel
 def first_face(body: Row) -> int:
     """Where the faces of a polytope start."""
-    return FIRST + 3 * int(body[N_VERTICES])
+    return int(body[FACES])
 
 
 @kernel
 def first_edge(body: Row) -> int:
     """Where the edges of a polytope start."""
-    return FIRST + 3 * int(body[N_VERTICES]) + FACE * int(body[N_FACES])
+    return int(body[EDGES])
 
 
 @kernel
@@ -87,7 +88,7 @@ def gap_along(a: Row, b: Row, n: Vector) -> float:
 def reach(body: Row) -> float:
     """Largest absolute coordinate of the vertices."""
     most = 0.0
-    for at in range(FIRST, first_face(body)):
+    for at in range(FIRST, FIRST + 3 * int(body[N_VERTICES])):
         here = abs(body[at])
         most = here if here > most else most
     return most
@@ -104,9 +105,10 @@ def _turned(geometry: Row, at: int, pose: Row, factor: float, shift: Vector, bod
 @kernel
 def place_vertices(geometry: Row, pose: Row, shift: Vector, body: Scratch) -> None:
     """Write the turned vertices, and the turned centre, relative to the origin of the pose moved by −`shift`."""
-    for i in range(CENTRE):
+    for i in range(FIRST):
         body[i] = geometry[i]
-    for at in range(CENTRE, first_face(geometry), 3):
+    _turned(geometry, CENTRE, pose, pose[FACTOR], shift, body)
+    for at in range(FIRST, FIRST + 3 * int(geometry[N_VERTICES]), 3):
         _turned(geometry, at, pose, pose[FACTOR], shift, body)
 
 
@@ -120,6 +122,7 @@ def place_features(geometry: Row, pose: Row, shift: Vector, body: Scratch) -> No
         body[at + OFFSET] = pose[FACTOR] * geometry[at + OFFSET] + moved
         body[at + SEEN] = 0.0
         at += FACE
+    at = first_edge(geometry)
     for _ in range(int(geometry[N_EDGES])):
         for i in range(at, at + DIRECTION):
             body[i] = geometry[i]

@@ -226,9 +226,7 @@ def _advance(s: Scratch, k: int, height: float, close: float) -> tuple[int, int]
 
 
 @kernel
-def nearest(
-    a: Row, b: Row, shift: Vector, start: Vector, close: float, s: Scratch
-) -> tuple[int, int, Vector, float]:
+def nearest(a: Row, b: Row, shift: Vector, start: Vector, close: float, s: Scratch) -> tuple[int, int, Vector, float]:
     """Nearest points of A and of B moved by `shift`.
 
     Parameters

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 from . import kernel
 from .axes import crossed, some_axis, three, widest_axis
-from .polytopes import Row, Scratch, gap_along, place_features, place_vertices, reach, vertex
+from .polytopes import CENTRE, Row, Scratch, gap_along, place_features, place_vertices, reach, vertex
 from .polytopes_nearest import APART, ENTRY, MEETING, nearest, on_first, on_second
 from .vectors import Vector, dot, minus, opposite, plus, times, unit_or, without
 
@@ -95,7 +95,7 @@ def separation(
     place_vertices(geometry_a, pose_a, HERE, a)
     place_vertices(geometry_b, pose_b, offset, b)
     blur = ROUNDING * max(reach(a), reach(b))
-    start = minus(three(b, 3), three(a, 3))
+    start = minus(three(b, CENTRE), three(a, CENTRE))
     status, k, w, upper = nearest(a, b, HERE, start, blur / 2, s)
     if status == APART:
         return upper, w, on_first(a, s, k), on_second(b, s, k)

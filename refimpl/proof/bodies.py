@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from refimpl.proof.checker import Place, Weights
-from refimpl.proof.points import AXES, Vector, along, core, cross, dot, frame, minus, opposite, rationals, turned
+from refimpl.proof.points import AXES, Vector, along, core, cross, dot, exact, frame, minus, opposite, rationals, turned
 from refimpl.shapes import AABB, Box
 
 INWARDS = 1.0 - 2.0**-51  # a support point of a curved proxy is drawn in by this, so that rounding leaves it inside
@@ -41,7 +41,7 @@ class Body:
     def lowest(self, n: Vector) -> tuple[Vector, Mix]:
         """Point that is least far along n, as exactly as it can be said, and the corners that it is made of."""
         point, _ = self.support(_scaled(opposite(n)))
-        return tuple(Fraction(c) for c in point), ()
+        return exact(point), ()
 
     def normals(self) -> list[Vector]:
         """Directions across flat parts of the surface, which a certificate may have to hit exactly."""
@@ -73,14 +73,16 @@ class Curved(Body):
 
     @property
     def extent(self) -> float:
-        return max(abs(c) + sum(abs(axis[i]) for axis in self.axes) for i, c in enumerate(self.centre))
+        """Largest coordinate."""
+        return float(max(abs(c) + sum(abs(axis[i]) for axis in self.axes) for i, c in enumerate(self.centre)))
 
     def support(self, n: Vector) -> tuple[Vector, int]:
+        """Farthest point, and its number."""
         t = [dot(n, axis) for axis in self.axes]
         top = math.copysign(1.0, t[2])
         if self.flat:
             t[2] = 0.0
-        size = math.sqrt(dot(t, t))
+        size = math.sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
         t = [INWARDS * c / size if size else 0.0 for c in t]
         if self.flat:
             t[2] = top * INWARDS
@@ -90,6 +92,7 @@ class Curved(Body):
         return point, -1
 
     def normals(self) -> list[Vector]:
+        """Directions across flat parts."""
         return [self.exact[1][2], opposite(self.exact[1][2])] if self.flat else []
 
 
@@ -102,10 +105,12 @@ class Corners(Body):
         self.flat: list[Vector] = []
 
     def normals(self) -> list[Vector]:
+        """Directions across flat parts."""
         return self.flat
 
     @property
     def extent(self) -> float:
+        """Largest coordinate."""
         return float(np.max(np.abs(self.floats)))
 
     def corner(self, i: int) -> Vector:
@@ -117,6 +122,7 @@ class Corners(Body):
         return self.floats[:, 0] * n[0] + self.floats[:, 1] * n[1] + self.floats[:, 2] * n[2]
 
     def support(self, n: Vector) -> tuple[Vector, int]:
+        """Farthest point, and its number."""
         i = int(np.argmax(self.heights(n)))
         return tuple(self.floats[i].tolist()), i
 
@@ -128,7 +134,8 @@ class Corners(Body):
         return max(near, key=lambda i: dot(n, self.corner(i))) if len(near) > 1 else int(near[0])
 
     def lowest(self, n: Vector) -> tuple[Vector, Mix]:
-        i = self.farthest(opposite(tuple(Fraction(c) for c in n)))
+        """Least far point, exactly."""
+        i = self.farthest(opposite(exact(n)))
         return self.corner(i), [(i, 1)]
 
     def mean(self, mix: Mix) -> Vector:
@@ -148,6 +155,7 @@ class Vertices(Corners):
     """A polytope given by vertices: a certificate says a point by their weights."""
 
     def place(self, point: Vector, mix: Mix = ()) -> Place:  # noqa: ARG002
+        """How a certificate says the point."""
         largest = max(weight for _, weight in mix)
         return exactly([(i, float(Fraction(weight) / largest)) for i, weight in mix])
 
@@ -196,6 +204,7 @@ class Planes(Corners):
         return chosen
 
     def normals(self) -> list[Vector]:
+        """Directions across flat parts."""
         return [_placed(plane[:3], (0, 0, 0), self.columns) for plane in self.planes]
 
     def levels(self) -> list[Fraction]:
@@ -204,6 +213,7 @@ class Planes(Corners):
         return [plane[3] - dot(normal, self.position) for normal, plane in pairs]
 
     def faces(self, n: Vector) -> Weights:
+        """Shares of the planes through the farthest corner."""
         local = tuple(dot(column, n) for column in self.columns)
         return cone(local, [(i, self.planes[i][:3]) for i in self.active[self.farthest(n)]])
 
@@ -220,7 +230,7 @@ class Planes(Corners):
 
     def holds(self, point: Vector) -> bool:
         """Whether a point lies inside, exactly."""
-        offset = minus(tuple(Fraction(c) for c in point), self.position)
+        offset = minus(exact(point), self.position)
         local = tuple(dot(column, offset) for column in self.columns)
         return all(dot(plane, local) + plane[3] <= 0 for plane in self.planes)
 
@@ -236,12 +246,14 @@ def _placed(y: Vector, position: Vector, columns: Sequence[Vector]) -> Vector:
 def _scaled(n: Vector) -> Vector:
     """Doubles along n."""
     largest = max(abs(Fraction(c)) for c in n)
-    return doubles(tuple(Fraction(c) / largest for c in n))
+    x, y, z = (Fraction(c) / largest for c in n)
+    return doubles((x, y, z))
 
 
 def _meet(planes: Sequence[tuple[Any, ...]]) -> Vector | None:
     """Point that three planes have in common (Cramer)."""
-    (*u, a), (*v, b), (*w, c) = planes
+    u, v, w = ((plane[0], plane[1], plane[2]) for plane in planes)
+    a, b, c = (plane[3] for plane in planes)
     vw, wu, uv = cross(v, w), cross(w, u), cross(u, v)
     volume = dot(u, vw)
     if volume == 0:
@@ -283,11 +295,7 @@ def body(shape: Any) -> Body:
     """Read a bounded convex proxy."""
     match type(shape).__name__:
         case "Ellipsoid":
-            centre, radii = rationals(shape.center), rationals(shape.radii)
-            if len(set(radii)) == 1:
-                return Corners([centre], radii[0])
-            axes = zip(radii, turned(shape.rotation), strict=True)
-            return Curved(centre, [along((0, 0, 0), r, column) for r, column in axes], flat=False)
+            return _ellipsoid(shape)
         case "Cylinder":
             return _cylinder(shape)
         case "KDOP":
@@ -297,12 +305,24 @@ def body(shape: Any) -> Body:
             planes += [(*opposite(way), low) for way, low in zip(ways, lower, strict=True)]
             return Planes(planes, (0, 0, 0), AXES)
         case "ConvexPolyhedron":
-            numbers = [rationals(row) for row in shape.numbers]
-            position, columns = rationals(shape.position), turned(shape.rotation)
-            if shape.given == "planes":
-                return Planes(numbers, position, columns)
-            return Vertices([_placed(vertex, position, columns) for vertex in numbers])
+            return _polyhedron(shape)
     found = Corners(*core(shape))
     if isinstance(shape, AABB | Box):
         found.flat = [n for axis in frame(shape)[2] for n in (axis, opposite(axis))]
     return found
+
+
+def _ellipsoid(shape: Any) -> Body:
+    centre, radii = rationals(shape.center), rationals(shape.radii)
+    if len(set(radii)) == 1:
+        return Corners([centre], radii[0])
+    axes = zip(radii, turned(shape.rotation), strict=True)
+    return Curved(centre, [along((0, 0, 0), r, column) for r, column in axes], flat=False)
+
+
+def _polyhedron(shape: Any) -> Body:
+    numbers = [rationals(row) for row in shape.numbers]
+    position, columns = rationals(shape.position), turned(shape.rotation)
+    if shape.given == "planes":
+        return Planes(numbers, position, columns)
+    return Vertices([_placed(vertex, position, columns) for vertex in numbers])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
+from typing import Any
 
 from refimpl.proof import convex, rays_curved, rays_polytopes
 from refimpl.proof.bodies import Corners, Planes, Vertices, body, exactly
@@ -24,7 +25,7 @@ from refimpl.proof.checker import (
 )
 from refimpl.proof.convex import exact_nearest
 from refimpl.proof.exact import Features, features
-from refimpl.proof.points import Vector, along, dot, minus, opposite, rationals, root
+from refimpl.proof.points import Vector, along, dot, exact, minus, opposite, rationals, root
 from refimpl.proof.rational import InvalidCertificate, Number
 from refimpl.proof.rays import Hit, Miss, cast
 from refimpl.shapes import (
@@ -124,7 +125,7 @@ def round_up(bound: Bound) -> float:
     return -round_down(-bound)
 
 
-def _doubles(point: Vector) -> Vector:
+def _doubles(point: Any) -> Vector:
     return float(point[0]), float(point[1]), float(point[2])
 
 
@@ -160,18 +161,18 @@ def _distance_claims(a: Proxy, b: Proxy) -> tuple[Claim, ...]:
     found = features(a, b)
     if found.directions:
         return (_core(found),)
-    exact, touching = _exact_claims(found, _radius(a), _radius(b))
-    plain = _plain(exact[0]), _plain(exact[1])
+    exactly, touching = _exact_claims(found, _radius(a), _radius(b))
+    plain = _plain(exactly[0]), _plain(exactly[1])
     lower, upper = _proven(plain[0], a, b)[0], _proven(plain[1], a, b)[1]
     sizes = [Fraction(a.magnitude.tolist()), Fraction(b.magnitude.tolist())]
     distance = min((abs(bound) for bound in (lower, upper) if isinstance(bound, Fraction)), default=0)
     slack = Fraction(0) if touching else TIGHT * max(*sizes, distance)
     if not _apart(lower, upper, slack):
         return plain
-    low, high = _proven(exact[0], a, b)[0], _proven(exact[1], a, b)[1]
+    low, high = _proven(exactly[0], a, b)[0], _proven(exactly[1], a, b)[1]
     return (
-        exact[0] if _apart(lower, low, slack / 2) else plain[0],
-        exact[1] if _apart(high, upper, slack / 2) else plain[1],
+        exactly[0] if _apart(lower, low, slack / 2) else plain[0],
+        exactly[1] if _apart(high, upper, slack / 2) else plain[1],
     )
 
 
@@ -229,8 +230,7 @@ def _time_claims(ray: Ray, shape: Proxy) -> tuple[Claim, ...]:
         found.low,
         found.low * (1 - Fraction(1, 1 << 100)),  # for where the ray grazes, and has no direction at the hit itself
     ]
-    ways = ((n, time) for time in early for n in _directions(found.normal(Fraction(time))))
-    outside = (Separated(n, time, ((), faces(n))) for n, time in ways)
+    outside = (Separated(n, time, ((), faces(n))) for time in early for n in _directions(found.normal(Fraction(time))))
     return _first_proven(outside, ray, shape), inside
 
 
@@ -252,7 +252,7 @@ def _cast(ray: Ray, shape: Proxy) -> tuple[Hit | Miss, Callable[[Vector], Weight
         return rays_curved.ellipsoid(origin, way, shape), no_faces, no_place
     solid = body(shape)
     if isinstance(solid, Planes):
-        faces = lambda n: solid.faces(opposite(tuple(Fraction(c) for c in n)))  # noqa: E731
+        faces = lambda n: solid.faces(opposite(exact(n)))  # noqa: E731
         return rays_polytopes.planes(origin, way, solid), faces, no_place
     assert isinstance(solid, Vertices)
 
@@ -260,7 +260,7 @@ def _cast(ray: Ray, shape: Proxy) -> tuple[Hit | Miss, Callable[[Vector], Weight
         found, (_, mix) = exact_nearest(Corners([along(origin, time, way)]), solid)
         return None if any(found.normal) else exactly(mix)
 
-    return rays_polytopes.hull(origin, way, solid)[0], no_faces, place
+    return rays_polytopes.hull(origin, way, solid), no_faces, place
 
 
 def _near_doubles(time: Fraction, *candidates: float) -> list[float]:

@@ -21,8 +21,6 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 from refimpl.proof.rational import (
-    MAX_BITS,
-    MAX_ITEMS,
     Exact,
     InvalidCertificate,
     Number,
@@ -46,8 +44,6 @@ Weights: TypeAlias = tuple[tuple[int, Number], ...]
 """Shares of numbered things, up to a common factor: of the vertices that mean a point, of the planes across n."""
 Place: TypeAlias = Vector | Weights
 """A point of a proxy: its coordinates, or the weights of its vertices if the proxy is given by vertices."""
-
-__all__ = ["MAX_BITS", "MAX_ITEMS", "Certificate", "Claim", "InvalidCertificate", "check", "bounds_of"]
 
 
 @dataclass(frozen=True)
@@ -211,9 +207,9 @@ def _inscribed(claim: Inscribed, a: Solid, b: Solid) -> Bound:
     rows, volume = [cross(v, w), cross(w, u), cross(u, v)], dot(u, cross(v, w))  # of M⁻¹, times det M
     if radius < 0 or volume == 0:
         raise InvalidCertificate("radius: negative, or of a ball in a flat set")
-    centre = [-dot(row, across) / volume for row in rows]
-    columns = [[radius * row[axis] / volume for row in rows] for axis in range(3)]
-    if not ball_in_ball(centre, columns, Fraction(1), last):
+    start = [-dot(row, across) / volume for row in rows]
+    images = [[radius * row[axis] / volume for row in rows] for axis in range(3)]
+    if not ball_in_ball(start, images, Fraction(1), last):
         raise InvalidCertificate("radius: the ball is not proven to lie in the difference of the ellipsoids")
     return -radius - a.radius - b.radius
 
@@ -233,8 +229,8 @@ def _times(claim: Claim, a: Solid | Line, b: Solid | Line) -> tuple[Bound, Bound
                 (start, edge), unit = whole([ray.origin, minus(ray.at(time), ray.origin)])
                 part = Round(start, [edge], unit, Fraction(0))
                 rises = sign * dot(n, ray.direction) > 0  # then only the end of the segment may touch its plane
-            pair = (part, solid) if sign > 0 else (solid, part)
-            _, side = _gap(n, *pair, faces, solid.radius)
+            first, second = (part, solid) if sign > 0 else (solid, part)
+            _, side = _gap(n, first, second, faces, solid.radius)
             if time < 0 or side < (0 if rises else 1):
                 raise InvalidCertificate("n: the supporting planes do not leave a gap")
             return time, math.inf

@@ -11,7 +11,7 @@ from refimpl.proof.checker import Bound, Claim, Common, Core, Escape, Near, Plac
 from refimpl.proof.exact import Difference, Features, pyramid
 from refimpl.proof.exact import nearest as exactly_nearest
 from refimpl.proof.inscribed import inscribed
-from refimpl.proof.points import Vector, along, cross, dot, minus, opposite, root
+from refimpl.proof.points import Vector, along, cross, dot, exact, minus, opposite, root
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.search import MANY, VERTICES, Grid, Meeting, deepest, nearest
 from refimpl.proof.sets import read
@@ -131,8 +131,7 @@ class Search:
             for way in dict.fromkeys((_plain(n), n)):
                 if not any(way):
                     continue
-                exact = tuple(Fraction(c) for c in way)
-                faces = self.bodies[0].faces(exact), self.bodies[1].faces(opposite(exact))
+                faces = self.bodies[0].faces(exact(way)), self.bodies[1].faces(opposite(exact(way)))
                 if not self._propose_lower(Separated(way, None, faces)):
                     self._propose_lower(Escape(way, faces))
 

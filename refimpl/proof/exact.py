@@ -14,7 +14,7 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from refimpl.proof.points import AXES, ZERO, Vector, along, core, cross, dot, minus, opposite, rationals, root
 from refimpl.shapes import HalfSpace, Proxy
@@ -42,11 +42,22 @@ class Features(NamedTuple):
 
 
 class Vertex(NamedTuple):
-    """A point of A ⊖ B, and the points of A and B that it is the difference of."""
+    """A point of A ⊖ B, the points of A and B that it is the difference of, and their numbers if they have any."""
 
     y: Vector
     a: Vector
     b: Vector
+    i: int = -1
+    j: int = -1
+
+
+class Supported(Protocol):
+    """A convex set that gives its farthest point along any direction, in integers of up to `reach` bits."""
+
+    reach: int
+
+    def support(self, n: Vector) -> Vertex:
+        """Farthest point along n."""
 
 
 class Difference:
@@ -140,7 +151,7 @@ class _Facet(NamedTuple):
     offset: int
 
 
-def independent(difference: Difference) -> tuple[list[Vertex], Vector]:
+def independent(difference: Supported) -> tuple[list[Vertex], Vector]:
     """Four independent support points; or fewer, and a normal of a plane that then holds all of A ⊖ B."""
     found = [difference.support((1, 0, 0))]
     ways: list[Vector] = AXES
@@ -162,7 +173,7 @@ def independent(difference: Difference) -> tuple[list[Vertex], Vector]:
 class Polytope:
     """A convex polytope within A ⊖ B that grows by support points; its facets wait in order of distance."""
 
-    def __init__(self, difference: Difference, tetrahedron: list[Vertex]) -> None:
+    def __init__(self, difference: Supported, tetrahedron: list[Vertex]) -> None:
         self.vertices = list(tetrahedron)
         self.facets: dict[Triangle, _Facet] = {}
         self.queue: list[tuple[int, Triangle]] = []

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from refimpl.proof.bodies import Body, Corners, Curved, Vertices, doubles
 from refimpl.proof.checker import Inscribed, Place
-from refimpl.proof.points import Vector, along, dot, frame, minus, opposite
+from refimpl.proof.points import Vector, along, dot, exact, frame, minus, opposite
 from refimpl.shapes import AABB, Box, Capsule
 
 ROOM = 1.0 - 2.0**-48  # rounding stays below this
@@ -71,7 +71,7 @@ def image(shape: Any, core: Body, target: Vector) -> Image | None:
     """A large linear image of the ball in a core, around the point near to a target."""
     if isinstance(core, Curved):
         centre, axes = core.exact
-        axes = [tuple(Fraction(c) for c in axis) for axis in axes]
+        axes = [exact(axis) for axis in axes]
         share: Any = 1
         if core.flat:
             centre, (height,) = _shrunk([axes[2]], centre, target)
@@ -82,7 +82,7 @@ def image(shape: Any, core: Body, target: Vector) -> Image | None:
         centre, kept = _shrunk([along((0, 0, 0), h, way) for h, way in zip(half, ways, strict=True)], middle, target)
         return Image(centre, [(axis, _unit(axis)) for axis in kept], 0, centre)
     if isinstance(shape, Capsule):
-        p, q = _exact(shape.p), _exact(shape.q)
+        p, q = exact(shape.p.tolist()), exact(shape.q.tolist())
         half_way = along((0, 0, 0), Fraction(1, 2), minus(q, p))
         centre, (kept_half,) = _shrunk([half_way], along(p, 1, half_way), target)
         return Image(centre, [(kept_half, _unit(kept_half))], 0, centre)
@@ -147,7 +147,7 @@ def _roomiest(c: list[float], p: list[float]) -> float:
 
 def inscribed(shapes: tuple[Any, Any], bodies: tuple[Body, Body], normal: Vector) -> Iterator[Inscribed]:
     """Claims of a depth, best last; `normal` is the direction of the least depth found."""
-    first = image(shapes[0], bodies[0], _exact(shapes[1].reference_point))
+    first = image(shapes[0], bodies[0], exact(shapes[1].reference_point.tolist()))
     second = image(shapes[1], bodies[1], first.centre) if first else None
     first = image(shapes[0], bodies[0], second.centre) if second else None
     if first is None or second is None:
@@ -162,8 +162,3 @@ def inscribed(shapes: tuple[Any, Any], bodies: tuple[Body, Body], normal: Vector
             others = opposite(columns[0]), opposite(columns[1]), opposite(columns[2])
             shares = first.share, second.share, share
             yield Inscribed(first.place, first.columns(np.eye(3)), second.place, others, radius, shares)
-
-
-def _exact(point: Any) -> Vector:
-    x, y, z = (Fraction(c) for c in point.tolist())
-    return x, y, z

@@ -6,6 +6,7 @@ This reading of the shapes is another one than the checker's, so that a mistake 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -48,6 +49,11 @@ def root(square: Fraction, bits: int = 160) -> tuple[Fraction, Fraction]:
     radicand <<= 2 * shift
     whole, scale = math.isqrt(radicand), square.denominator << shift
     return Fraction(whole, scale), Fraction(whole + (whole * whole < radicand), scale)
+
+
+def exact(v: Sequence[Any]) -> Vector:
+    """Three numbers as rationals."""
+    return Fraction(v[0]), Fraction(v[1]), Fraction(v[2])
 
 
 def rationals(array: Any) -> Any:

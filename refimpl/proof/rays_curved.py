@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from refimpl.proof.points import ZERO, Vector, along, dot, minus, opposite, rationals, root, turned
-from refimpl.proof.rays import Hit, Miss
+from refimpl.proof.rays import Hit, Miss, moment
 from refimpl.shapes import Cylinder, Ellipsoid
 
 
@@ -56,48 +56,56 @@ def ellipsoid(origin: Vector, way: Vector, shape: Ellipsoid) -> Hit | Miss:
     return Hit(low, high, middle, normal)
 
 
+class _Tube:
+    """A cylinder as a ray meets it: `across` of a point of the ray is its offset from the axis."""
+
+    def __init__(self, origin: Vector, way: Vector, shape: Cylinder) -> None:
+        p = rationals(shape.p)
+        self.way, self.start = way, minus(origin, p)
+        self.axis, radius = minus(rationals(shape.q), p), Fraction(shape.radius.tolist())
+        self.square = dot(self.axis, self.axis)
+        u, v = self._aside(way), self._aside(self.start)
+        self.form = Quadratic(dot(u, u), dot(u, v), dot(v, v) - radius * radius)
+        self.nearest = -self.form.b / self.form.a if self.form.a else None
+
+    def _aside(self, v: Vector) -> Vector:
+        return along(v, -dot(v, self.axis) / self.square, self.axis)
+
+    def inwards(self, time: Fraction) -> Vector:
+        """From the ray to the axis."""
+        return opposite(self._aside(along(self.start, time, self.way)))
+
+    def between(self) -> tuple[Fraction, Fraction | None] | Vector:
+        """Times between the planes of the caps, or the direction in which these are."""
+        height, climb = dot(self.start, self.axis), dot(self.way, self.axis)
+        if climb == 0:
+            if 0 <= height <= self.square:
+                return Fraction(0), None
+            return self.axis if height < 0 else opposite(self.axis)
+        first, last = sorted((-height / climb, (self.square - height) / climb))
+        if last < 0:
+            return self.axis if climb < 0 else opposite(self.axis)
+        return max(first, Fraction(0)), last
+
+
 def cylinder(origin: Vector, way: Vector, shape: Cylinder) -> Hit | Miss:
     """First time between the planes of the caps and within the tube, both of which are intervals of time."""
-    p, axis, radius = rationals(shape.p), minus(rationals(shape.q), rationals(shape.p)), Fraction(shape.radius.tolist())
-    square, start = dot(axis, axis), minus(origin, p)
-
-    def across(v: Vector) -> Vector:
-        return along(v, -dot(v, axis) / square, axis)
-
-    def side(time: Fraction) -> Vector:
-        """From the ray to the axis."""
-        return opposite(across(along(start, time, way)))
-
-    height, climb = dot(start, axis), dot(way, axis)
-    up = (
-        axis if climb > 0 or (climb == 0 and height < 0) else opposite(axis)
-    )  # into the first cap, for a ray that hits it
-    if climb == 0:
-        if not 0 <= height <= square:
-            return Miss(up)
-        first, last = Fraction(0), None
-    else:
-        ends = sorted((-height / climb, (square - height) / climb))
-        if ends[1] < 0:
-            return Miss(opposite(up))
-        first, last = max(ends[0], Fraction(0)), ends[1]
-    u, v = across(way), across(start)
-    tube = Quadratic(dot(u, u), dot(u, v), dot(v, v) - radius * radius)
-    if tube.at(first) <= 0:
-        return Hit(first, first, first, lambda _: up)
-    middle = -tube.b / tube.a if tube.a else first
-    if tube.a == 0 or tube.at(middle) > 0:
-        return Miss(side(middle))
-    if middle < first:  # out of the tube before it comes between the planes: across both
-        outwards = opposite(side(first))
-        rising, falling = dot(outwards, way), dot(up, way)
-        if first == 0:
-            return Miss(side(first))
-        return Miss(opposite(along(along(ZERO, falling, outwards), -rising, up)))
-    low, high = tube.entry()
-    within = middle if last is None else min(middle, last)
-    if tube.at(within) > 0:  # it leaves the planes before it comes into the tube
-        inwards = side(within)
-        sinking, leaving = dot(inwards, way), dot(up, way)
-        return Miss(along(along(ZERO, leaving, inwards), -sinking, up))
-    return Hit(low, high, within, side)
+    tube = _Tube(origin, way, shape)
+    between = tube.between()
+    if len(between) == 3:
+        return Miss(between)
+    first, last = between
+    up = tube.axis if dot(way, tube.axis) > 0 else opposite(tube.axis)
+    if tube.form.at(first) <= 0:
+        return moment(first, up)
+    if tube.nearest is None or tube.form.at(tube.nearest) > 0:
+        return Miss(tube.inwards(tube.nearest or first))
+    within = tube.nearest if last is None else min(tube.nearest, last)
+    if first <= within and tube.form.at(within) <= 0:
+        low, high = tube.form.entry()
+        return Hit(low, high, within, tube.inwards)
+    # between the planes only after it left the tube, or before it comes to it: across the ray, by plane and tube
+    inwards = tube.inwards(max(first, within))
+    if within < first == 0:
+        return Miss(inwards)
+    return Miss(along(along(ZERO, dot(up, way), inwards), -dot(inwards, way), up))

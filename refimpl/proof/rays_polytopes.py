@@ -5,14 +5,14 @@ Nothing here has to be believed: what is found is handed on as a certificate.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
+from itertools import combinations
 
-from refimpl.proof.bodies import Corners, Mix, Planes
+from refimpl.proof.bodies import Corners, Planes
 from refimpl.proof.convex import exact_nearest
-from refimpl.proof.points import ZERO, Vector, along, dot, minus, opposite
+from refimpl.proof.points import AXES, ZERO, Vector, along, cross, dot, minus, opposite
 from refimpl.proof.rays import Hit, Miss, moment
-
-ROUNDS = 200
 
 
 def planes(origin: Vector, way: Vector, solid: Planes) -> Hit | Miss:
@@ -32,26 +32,55 @@ def planes(origin: Vector, way: Vector, solid: Planes) -> Hit | Miss:
     return moment(entry, inwards)
 
 
-def hull(origin: Vector, way: Vector, solid: Corners) -> tuple[Hit | Miss, Mix]:
-    """First entry into a hull of vertices, and of which vertices that point is made.
+def hull(origin: Vector, way: Vector, solid: Corners) -> Hit | Miss:
+    """First entry into a hull of vertices.
 
-    From a point of the ray outside, the plane across the shortest way to the hull holds all of the hull behind it:
-    the ray is free up to that plane (Gilbert and Foo 1990). The last plane is a face's, and the ray meets it inside.
+    It lies in the hull of up to three vertices whose plane has all others behind it. The search keeps the vertices
+    that matter: those that carry some point of the ray in the hull, and any that lies before the plane found so far.
     """
-    time, last, climb = Fraction(0), ZERO, Fraction(0)
-    for _ in range(ROUNDS):
-        found, (_, mix) = exact_nearest(Corners([along(origin, time, way)]), solid)
-        n = found.normal
-        if not any(n):
-            return moment(time, ZERO), mix
-        rate = dot(n, way)
-        gap = dot(n, minus(solid.corner(solid.farthest(opposite(n))), along(origin, time, way)))
-        if rate <= 0:  # together with the plane that the ray came to before, across a direction normal to the ray
-            return Miss(along(along(ZERO, climb, n), -rate, last) if time else n), ()
-        ahead = time + Fraction(gap) / rate
-        there, (_, mix) = exact_nearest(Corners([along(origin, ahead, way)]), solid)
-        if not any(there.normal):
-            return moment(ahead, n), mix
-        last, climb = n, Fraction(rate)
-        time = max(time, Fraction(float(ahead * (1 - Fraction(1, 1 << 52)))))  # a number of few digits, not beyond
-    raise AssertionError("the ray comes to a face after finitely many planes")
+    start = Corners([origin])
+    if not any(exact_nearest(start, solid)[0].normal):
+        return moment(Fraction(0), ZERO)
+    ahead = solid.corner(solid.farthest(way))
+    reach = max(Fraction(0), Fraction(dot(minus(ahead, origin), way)) / dot(way, way))
+    found, (_, mix) = exact_nearest(Corners([origin, along(origin, reach, way)]), solid)
+    if any(found.normal):
+        return Miss(found.normal)
+    chosen = [i for i, _ in mix]
+    chosen += {solid.farthest(n) for n in (opposite(way), way, *AXES)} - set(chosen)
+    while True:
+        time, normal = _entry([minus(solid.corner(i), origin) for i in chosen], way)
+        lowest = solid.farthest(opposite(normal))
+        if dot(normal, minus(solid.corner(lowest), origin)) >= time * dot(normal, way):
+            return moment(time, normal)
+        chosen.append(lowest)
+
+
+def _entry(points: Sequence[Vector], way: Vector) -> tuple[Fraction, Vector]:
+    """Time when the ray from 0 enters the hull of a few points, and the normal of a plane that has them behind."""
+    for size in (1, 2, 3):
+        for carriers in combinations(points, size):
+            normal = _plane(carriers, way)
+            if any(normal) and all(dot(normal, minus(p, carriers[0])) >= 0 for p in points):
+                return Fraction(dot(normal, carriers[0])) / dot(normal, way), normal
+    raise AssertionError("the line meets the hull of these points")
+
+
+def _plane(points: Sequence[Vector], way: Vector) -> Vector:
+    """Normal, along the ray, of a plane through points whose hull the ray's line crosses; zero if it does not."""
+    aside = [cross(p, way) for p in points]
+    match points:
+        case [_]:
+            return way if not any(aside[0]) else ZERO
+        case [u, v]:
+            edge = minus(v, u)
+            if any(cross(*aside)) or dot(*aside) > 0 or not any(cross(edge, way)):
+                return ZERO
+            return along(way, -Fraction(dot(way, edge)) / dot(edge, edge), edge)
+        case [u, v, w]:
+            normal = cross(minus(v, u), minus(w, u))
+            sides = [dot(w, aside[1]), dot(u, aside[2]), dot(v, aside[0])]  # of the line seen from each edge
+            if dot(normal, way) == 0 or not (min(sides) >= 0 or max(sides) <= 0):
+                return ZERO
+            return normal if dot(normal, way) > 0 else opposite(normal)
+    raise AssertionError("one to three points")

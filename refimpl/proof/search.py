@@ -13,7 +13,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from refimpl.proof.bodies import Body, Mix
-from refimpl.proof.exact import Polytope, Triangle, independent, smallest
+from refimpl.proof.exact import Polytope, Triangle, Vertex, independent, smallest
 from refimpl.proof.points import Vector, along, dot, minus, opposite
 
 GRID = 62  # bits of the largest coordinate on the grid
@@ -21,16 +21,6 @@ NARROW = 50  # the search for the nearest points ends at an interval of 2^-50 of
 DEEP = 38  # the search for the depth at 2^-38, about 4e-12
 STEPS = 60
 VERTICES, MANY = 120, 1000  # of a polytope; where the fewer do not do, large circles of directions compete
-
-
-class Vertex(NamedTuple):
-    """A point of A ⊖ B on the grid, the points of A and B that it is the difference of, and their numbers."""
-
-    y: Vector
-    a: Vector
-    b: Vector
-    i: int
-    j: int
 
 
 class Meeting(NamedTuple):
@@ -95,7 +85,7 @@ def nearest(grid: Grid) -> Meeting:
     candidates = [grid.support((1, 0, 0))]
     best, normal = math.inf, (1, 0, 0)
     for _ in range(STEPS):
-        simplex, weights, direction = smallest(candidates)  # type: ignore[arg-type]
+        simplex, weights, direction = smallest(candidates)
         if not any(direction):
             return Meeting([], [grid.pair(simplex, weights)])
         way = opposite(direction)
@@ -112,10 +102,10 @@ def nearest(grid: Grid) -> Meeting:
 
 def deepest(grid: Grid, vertices: int = VERTICES) -> Meeting:
     """Search for the nearest boundary around 0 (van den Bergen 2001)."""
-    found, normal = independent(grid)  # type: ignore[arg-type]
+    found, normal = independent(grid)
     if len(found) < 4:
         return Meeting([normal, opposite(normal)], [])
-    polytope = Polytope(grid, found)  # type: ignore[arg-type]
+    polytope = Polytope(grid, found)
     best, way, closed = math.inf, found[0].y, False
     while len(polytope.vertices) < vertices:
         facet = polytope.nearest_facet()
@@ -129,6 +119,6 @@ def deepest(grid: Grid, vertices: int = VERTICES) -> Meeting:
             break
         polytope.grow(new)
     used = {i: n for n, i in enumerate(sorted({i for corners in polytope.facets for i in corners}))}
-    pairs = [grid.pair([polytope.vertices[i]], [1]) for i in used]  # type: ignore[list-item]
+    pairs = [grid.pair([polytope.vertices[i]], [1]) for i in used]
     triangles = [(used[i], used[j], used[k]) for i, j, k in polytope.facets]
     return Meeting([way], pairs, triangles if polytope.nearest_facet().offset > 0 else (), closed)

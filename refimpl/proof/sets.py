@@ -65,6 +65,7 @@ class Round(NamedTuple):
     radius: Fraction
 
     def support(self, n: Whole, _: Any = ()) -> Fraction:
+        """Largest n·x."""
         return Fraction(dot(n, self.corner) + sum(max(0, dot(n, edge)) for edge in self.edges), self.unit)
 
     def square_distance(self, point: Exact) -> Fraction:
@@ -80,6 +81,7 @@ class Round(NamedTuple):
         return Fraction(numerator, denominator * (scale * self.unit) ** 2)
 
     def member(self, point: Any, widened: bool = False) -> tuple[Exact, Fraction]:
+        """The point, and how far it is outside."""
         x = vector(point, "point")
         return x, _beyond(self.square_distance(x), self.radius if widened else NONE)
 
@@ -105,22 +107,27 @@ class Half(NamedTuple):
     radius: Fraction = NONE
 
     def support(self, n: Whole, _: Any = ()) -> Fraction:
+        """Largest n·x."""
         along = dot(n, self.normal)
         if any(cross(n, self.normal)) or along <= 0:
             raise InvalidCertificate("n: the half-space is unbounded in this direction")
         return Fraction(-self.k * along, dot(self.normal, self.normal))
 
     def square_distance(self, point: Exact) -> Fraction:
+        """Square distance of a point."""
         beyond = max(NONE, dot(self.normal, point) + self.k)
         return Fraction(beyond * beyond, dot(self.normal, self.normal))
 
     def member(self, point: Any, _: bool = False) -> tuple[Exact, Fraction]:
+        """The point, and how far it is outside."""
         x = vector(point, "point")
         return x, _beyond(self.square_distance(x), NONE)
 
     def holds(self, centre: Exact, columns: Sequence[Exact], _: Fraction) -> bool:
+        """Whether the ellipsoid lies inside."""
         room = -(dot(self.normal, centre) + self.k)
-        return room >= 0 and sum(dot(self.normal, column) ** 2 for column in columns) <= room * room
+        reach = sum((dot(self.normal, column) ** 2 for column in columns), NONE)
+        return bool(room >= 0 and reach <= room * room)
 
 
 class Planes(NamedTuple):
@@ -138,9 +145,10 @@ class Planes(NamedTuple):
         along = dot(n, normal)
         if any(cross(n, normal)) or along <= 0:
             raise InvalidCertificate("shares: the sum of these normals does not point along n")
-        return -k * along / dot(normal, normal)
+        return Fraction(-k * along / dot(normal, normal))
 
     def member(self, point: Any, _: bool = False) -> tuple[Exact, Fraction]:
+        """The point, and how far it is outside."""
         x = vector(point, "point")
         (ints,), scale = whole([x])
         if any(dot(half.normal, ints) + half.k * scale > 0 for half in self.halves):
@@ -148,6 +156,7 @@ class Planes(NamedTuple):
         return x, NONE
 
     def holds(self, centre: Exact, columns: Sequence[Exact], share: Fraction) -> bool:
+        """Whether the ellipsoid lies inside."""
         return all(half.holds(centre, columns, share) for half in self.halves)
 
 
@@ -159,6 +168,7 @@ class Hull(NamedTuple):
     radius: Fraction = NONE
 
     def support(self, n: Whole, _: Any = ()) -> Fraction:
+        """Largest n·x."""
         return Fraction(max(dot(n, vertex) for vertex in self.vertices), self.unit)
 
     def member(self, point: Any, _: bool = False) -> tuple[Exact, Fraction]:
@@ -182,10 +192,12 @@ class Ellipsoid(NamedTuple):
     radius: Fraction = NONE
 
     def support(self, n: Whole, _: Any = ()) -> Fraction:
+        """Largest n·x."""
         swell = root(Fraction(sum(dot(n, axis) ** 2 for axis in self.axes)))[1]
-        return (dot(n, self.centre) + swell) / self.unit
+        return Fraction(dot(n, self.centre) + swell) / self.unit
 
     def member(self, point: Any, _: bool = False) -> tuple[Exact, Fraction]:
+        """The point, and how far it is outside."""
         x = vector(point, "point")
         (ints,), scale = whole([x])
         offset = [self.unit * a - scale * c for a, c in zip(ints, self.centre, strict=True)]
@@ -222,9 +234,10 @@ class Cylinder(NamedTuple):
     radius: Fraction = NONE
 
     def support(self, n: Whole, _: Any = ()) -> Fraction:
+        """Largest n·x."""
         along = dot(n, self.way)
         across = dot(n, n) - along * along / dot(self.way, self.way)
-        return dot(n, self.start) + max(NONE, along) + self.breadth * root(across)[1]
+        return Fraction(dot(n, self.start) + max(NONE, along) + self.breadth * root(across)[1])
 
     def _across(self, v: Exact) -> Exact:
         share = dot(v, self.way) / dot(self.way, self.way)
@@ -240,6 +253,7 @@ class Cylinder(NamedTuple):
         return x, root(ends * ends / square + aside * aside)[1]
 
     def holds(self, centre: Exact, columns: Sequence[Exact], share: Fraction) -> bool:
+        """Whether the ellipsoid lies inside."""
         offset, square = minus(centre, self.start), dot(self.way, self.way)
         room = square - abs(2 * dot(offset, self.way) - square)
         if room < 0 or 4 * sum(dot(column, self.way) ** 2 for column in columns) > room * room:
@@ -255,11 +269,13 @@ class Line(NamedTuple):
     direction: Exact
 
     def support(self, n: Whole, _: Any = ()) -> Fraction:
+        """Largest n·x."""
         if dot(n, self.direction) > 0:
             raise InvalidCertificate("n: the ray is unbounded in this direction")
         return Fraction(dot(n, self.origin))
 
     def at(self, time: Fraction) -> Exact:
+        """Point at a time."""
         return [o + time * d for o, d in zip(self.origin, self.direction, strict=True)]
 
 
@@ -290,6 +306,19 @@ def _stretched(sizes: Exact, columns: Sequence[Exact]) -> Sequence[Exact]:
 def _box(centre: Exact, half: Exact, rotation: Exact) -> Round:
     edges = _stretched([2 * h for h in half], _turned(rotation))
     return _round([c - sum(along) / 2 for c, *along in zip(centre, *edges, strict=True)], edges)
+
+
+def _aligned(low: Exact, high: Exact) -> Round:
+    size = minus(high, low)
+    if min(size) < 0:
+        raise InvalidCertificate("AABB.upper: below AABB.lower")
+    return _round(low, [[size[i] * (i == j) for j in range(3)] for i in range(3)])
+
+
+def _cylinder(start: Exact, end: Exact, radius: Fraction) -> Cylinder:
+    if start == end:
+        raise InvalidCertificate("Cylinder.q: equal to Cylinder.p")
+    return Cylinder(start, minus(end, start), radius)
 
 
 def _ellipsoid(centre: Exact, radii: Exact, rotation: Exact) -> Solid:
@@ -347,6 +376,7 @@ class _Fields:
         return rows
 
     def pose(self) -> tuple[Exact, Sequence[Exact]]:
+        """Position, and columns of the rotation."""
         return self("position"), _turned(self("rotation", 4, nonzero=True))
 
     def _refuse(self, name: str, bad: bool) -> None:
@@ -359,36 +389,30 @@ def read(shape: Any) -> Solid | Line:
     field = _Fields(shape)
     match field.kind:
         case "Point":
-            return _round(field("position"), [])
+            found: Solid | Line = _round(field("position"), [])
         case "Ray":
-            return Line(field("origin"), field("direction", nonzero=True))
+            found = Line(field("origin"), field("direction", nonzero=True))
         case "Sphere":
-            return _round(field("center"), [], *field("radius", 1, least=0))
+            found = _round(field("center"), [], *field("radius", 1, least=0))
         case "Capsule":
             start = field("p")
-            return _round(start, [minus(field("q"), start)], *field("radius", 1, least=0))
+            found = _round(start, [minus(field("q"), start)], *field("radius", 1, least=0))
         case "AABB":
-            low = field("lower")
-            size = minus(field("upper"), low)
-            if min(size) < 0:
-                raise InvalidCertificate("AABB.upper: below AABB.lower")
-            return _round(low, [[size[i] * (i == j) for j in range(3)] for i in range(3)])
+            found = _aligned(field("lower"), field("upper"))
         case "Box":
-            return _box(field("center"), field("half_extents", least=0), field("rotation", 4, nonzero=True))
+            found = _box(field("center"), field("half_extents", least=0), field("rotation", 4, nonzero=True))
         case "HalfSpace":
             (plane,), _ = whole([[*field("normal", nonzero=True), *field("k", 1)]])
-            return Half(plane[:3], plane[3])
+            found = Half(plane[:3], plane[3])
         case "KDOP" | "ConvexPolyhedron":
-            return _polytope(field)
+            found = _polytope(field)
         case "Ellipsoid":
-            return _ellipsoid(field("center"), field("radii", least=1), field("rotation", 4, nonzero=True))
+            found = _ellipsoid(field("center"), field("radii", least=1), field("rotation", 4, nonzero=True))
         case "Cylinder":
-            start = field("p")
-            way = minus(field("q"), start)
-            if not any(way):
-                raise InvalidCertificate("Cylinder.q: equal to Cylinder.p")
-            return Cylinder(start, way, *field("radius", 1, least=1))
-    raise InvalidCertificate(f"{field.kind} is not a convex proxy that can be checked")
+            found = _cylinder(field("p"), field("q"), *field("radius", 1, least=1))
+        case _:
+            raise InvalidCertificate(f"{field.kind} is not a convex proxy that can be checked")
+    return found
 
 
 def _polytope(field: _Fields) -> Planes | Hull:

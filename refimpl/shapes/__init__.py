@@ -5,7 +5,9 @@ Each constructor's docstring says which closed set its numbers mean.
 
 from refimpl.proxy import Proxy, ShapeError, UnsupportedOperation
 from refimpl.shapes.boxes import AABB, Box
+from refimpl.shapes.composite import Composite
 from refimpl.shapes.curved import Cylinder, Ellipsoid
+from refimpl.shapes.polyhedron import Polyhedron
 from refimpl.shapes.polytopes import KDOP, ConvexPolyhedron
 from refimpl.shapes.simple import Capsule, HalfSpace, Point, Ray, Sphere
 
@@ -14,11 +16,13 @@ __all__ = [
     "KDOP",
     "Box",
     "Capsule",
+    "Composite",
     "ConvexPolyhedron",
     "Cylinder",
     "Ellipsoid",
     "HalfSpace",
     "Point",
+    "Polyhedron",
     "Proxy",
     "Ray",
     "ShapeError",

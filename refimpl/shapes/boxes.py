@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from refimpl.hulls import Hull, hull_of_box
+from refimpl.derived import Derived, of_hulls
+from refimpl.hulls import hull_of_box
 from refimpl.linear import Array, apply_inverse, rotation_matrix, scale
 from refimpl.proxy import UnsupportedOperation, as_offset, turned, turned_frame, vector
 from refimpl.shapes.polytope import Polytope
@@ -40,8 +41,8 @@ class AABB(Polytope):
         """The centre."""
         return self.lower / 2 + self.upper / 2
 
-    def _derived(self) -> Hull:
-        return hull_of_box(self.lower, self.upper)
+    def _derive(self) -> Derived:
+        return of_hulls(hull_of_box(self.lower, self.upper))
 
     def to_box(self) -> Box:
         """The same set as a `Box`, which can be rotated; its centre and extents are rounded."""
@@ -110,9 +111,9 @@ class Box(Polytope):
     def _uneven(self) -> str:
         return "turned against the axes, it becomes a parallelepiped: use ConvexPolyhedron (Box.to_convex_polyhedron())"
 
-    def _derived(self) -> Hull:
+    def _derive(self) -> Derived:
         """Hull of the box about the origin, before it is turned and moved."""
-        return hull_of_box(-self.half_extents, self.half_extents)
+        return of_hulls(hull_of_box(-self.half_extents, self.half_extents))
 
     def to_convex_polyhedron(self) -> ConvexPolyhedron:
         """Give the same set as a `ConvexPolyhedron` of six planes, which can be stretched."""

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Self
 
-import numpy as np
-
+from refimpl.derived import Derived
 from refimpl.hulls import Hull
 from refimpl.linear import Array
 from refimpl.proxy import Proxy, ShapeError
@@ -17,29 +16,33 @@ from refimpl.proxy import Proxy, ShapeError
 class Polytope(Proxy):
     """What the solids with flat faces share: corners, faces and edges, derived once and kept."""
 
+    def derived(self) -> Derived:
+        """Hulls of the batch, one for each different geometry: found at the first call, then kept."""
+        if "_derived" not in self.__dict__:
+            object.__setattr__(self, "_derived", self._derive())
+        found: Derived = self.__dict__["_derived"]
+        return found
+
     @property
     def hull(self) -> Hull:
         """Corners, outward unit planes and edges, in the polytope's own frame; see `refimpl.hulls.Hull`."""
-        if "_hull" not in self.__dict__:
-            object.__setattr__(self, "_hull", self._derived())
-        found: Hull = self.__dict__["_hull"]
-        return found
+        return self.derived().hull
 
-    def _derived(self) -> Hull:
+    def _derive(self) -> Derived:
         raise NotImplementedError
 
-    def _with_hull_of(self, other: Polytope, change: Callable[[Hull], Hull]) -> Self:
+    def _with_hull_of(self, other: Polytope, change: Callable[[Derived], Derived]) -> Self:
         """Take over what another polytope has derived, changed as this one was made from that one."""
-        if "_hull" in other.__dict__:
-            object.__setattr__(self, "_hull", change(other.hull))
+        if "_derived" in other.__dict__:
+            object.__setattr__(self, "_derived", change(other.derived()))
         return self
 
     def _mapped(self, change: Callable[[Array, int], Array]) -> Self:
-        return super()._mapped(change)._with_hull_of(self, lambda hull: hull.mapped(change))
+        return super()._mapped(change)._with_hull_of(self, lambda derived: derived.mapped(change))
 
     def times_power(self, exponent: Any) -> Self:
         """Scale by 2^exponent, exactly, and with it what has been derived."""
-        return super().times_power(exponent)._with_hull_of(self, lambda hull: hull.times_power(exponent))
+        return super().times_power(exponent)._with_hull_of(self, lambda derived: derived.times_power(exponent))
 
     @property
     def vertices(self) -> Array:
@@ -54,16 +57,6 @@ class Polytope(Proxy):
     def _derive_now(self) -> None:
         """Derive the hull, so that an empty or unbounded set is refused when it is built."""
         try:
-            _ = self.hull
+            self.derived()
         except ShapeError as error:
             raise ShapeError(f"{type(self).__name__}: {error}") from None
-
-
-def middle_of_corners(hull: Hull) -> Array:
-    """Mean of the corners, which lies in the hull; a repeated last corner, which fills up a batch, counts once."""
-    v = hull.vertices
-    counts = np.ones(v.shape[:-1])
-    counts[..., 1:] = np.any(v[..., 1:, :] != v[..., :-1, :], axis=-1)
-    number = np.cumsum(counts, axis=-1)[..., -1]
-    shares = counts / number[..., None]
-    return np.asarray(np.cumsum(shares[..., None] * v, axis=-2)[..., -1, :])

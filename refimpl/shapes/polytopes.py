@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from refimpl.hulls import Hull, hull_of_planes, hull_of_vertices
+from refimpl.derived import Derived, of_planes, of_vertices
 from refimpl.intervals import sum_rounded
 from refimpl.linear import Array, apply, as_floats, dot, largest, power_of_two, rotation_matrix, scale
 from refimpl.proxy import ShapeError, as_offset, as_quaternion, rows, shifted, turned, turned_frame, vector
-from refimpl.shapes.polytope import Polytope, middle_of_corners
+from refimpl.shapes.polytope import Polytope
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 AXES = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
@@ -55,22 +55,22 @@ class KDOP(Polytope):
         self._refuse("upper", self.upper, self.upper < self.lower, "must not be below KDOP.lower")
         self._derive_now()
 
-    def _derived(self) -> Hull:
+    def _derive(self) -> Derived:
         """Hull of the planes: first those of `upper`, then those of `lower`."""
         normals = np.concatenate([self.directions, -self.directions], axis=-2)
-        return hull_of_planes(
+        return of_planes(
             np.concatenate([normals, np.concatenate([-self.upper, self.lower], axis=-1)[..., None]], axis=-1)
         )
 
     @property
     def magnitude(self) -> Array:
         """Largest absolute coordinate of a corner."""
-        return np.asarray(np.max(np.abs(self.vertices), axis=(-2, -1)))
+        return self.derived().size
 
     @property
     def reference_point(self) -> Array:
         """The mean of the corners."""
-        return middle_of_corners(self.hull)
+        return self.derived().middle
 
     @classmethod
     def around(cls, points: ArrayLike, k: int = 26) -> Self:
@@ -127,7 +127,7 @@ class KDOP(Polytope):
         power = np.asarray(exponent)[..., None] - own
         lower, upper = np.ldexp(self.lower, power), np.ldexp(self.upper, power)
         made = self._trusted(shifted(self.directions, -own, 1), lower, upper)
-        return made._with_hull_of(self, lambda hull: hull.times_power(exponent))
+        return made._with_hull_of(self, lambda derived: derived.times_power(exponent))
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -199,8 +199,8 @@ class ConvexPolyhedron(Polytope):
             self._refuse("numbers", self.numbers, flat, "must have a normal that is not zero")
             self._derive_now()
 
-    def _derived(self) -> Hull:
-        return hull_of_planes(self.numbers) if self.given == "planes" else hull_of_vertices(self.numbers)
+    def _derive(self) -> Derived:
+        return of_planes(self.numbers) if self.given == "planes" else of_vertices(self.numbers)
 
     @property
     def vertices(self) -> Array:
@@ -215,12 +215,12 @@ class ConvexPolyhedron(Polytope):
     @property
     def magnitude(self) -> Array:
         """Largest absolute coordinate of the position, or of a corner in its own frame."""
-        return np.asarray(np.maximum(largest(self.position), np.max(np.abs(self.hull.vertices), axis=(-2, -1))))
+        return np.asarray(np.maximum(largest(self.position), self.derived().size))
 
     @property
     def reference_point(self) -> Array:
         """The mean of the corners."""
-        return np.asarray(self.position + apply(rotation_matrix(self.rotation), middle_of_corners(self.hull)))
+        return np.asarray(self.position + apply(rotation_matrix(self.rotation), self.derived().middle))
 
     def identity(self) -> tuple[tuple[Hashable, ...], Array]:
         """Sizes, and rows of the pose and of a digest of the planes or vertices."""
@@ -267,7 +267,7 @@ class ConvexPolyhedron(Polytope):
         for name, value in (("position", position), ("rotation", rotation)):
             self._refuse(name, value, ~np.isfinite(value), "must be finite")
         made = self._trusted(self.numbers, position, rotation)
-        return made._with_hull_of(self, lambda hull: hull.broadcast_to(made.batch_shape))
+        return made._with_hull_of(self, lambda derived: derived.broadcast_to(made.batch_shape))
 
     def _scaled(self, factor: Array) -> Self:
         if self.given == "vertices":
@@ -299,7 +299,7 @@ class ConvexPolyhedron(Polytope):
                 shifted(self.numbers, -own, 1), np.ldexp(self.numbers[..., 3], power[..., None] - own)
             )
         made = self._trusted(numbers, shifted(self.position, power, 1), self.rotation)
-        return made._with_hull_of(self, lambda hull: hull.times_power(power))
+        return made._with_hull_of(self, lambda derived: derived.times_power(power))
 
 
 def _with_offsets(planes: Array, offsets: Array) -> Array:

@@ -13,7 +13,6 @@ import numpy as np
 
 Floats = Any
 HALVINGS = 70
-SAMPLES = np.concatenate([np.geomspace(1e-30, 0.5, 60), 1.0 - np.geomspace(0.4, 1e-6, 20)])
 
 
 def critical_directions(axes: Floats, w: Floats) -> Floats:
@@ -37,13 +36,8 @@ def critical_directions(axes: Floats, w: Floats) -> Floats:
     reach = np.linalg.norm(a * y, axis=-1)
     low = np.maximum(a[:, 2] * np.abs(y[:, 2]), 1e-60 * reach) + 1e-290
     outer = _root(a * y, gaps, np.ones(len(a)), low, np.maximum(2.0 * reach, 2.0 * low))
-    room = gaps[:, 1] + 1e-300
-    heights = _f((a * y)[:, None], gaps[:, None], -room[:, None] * SAMPLES)
-    below = heights < 0
-    first = np.where(below.any(axis=1), np.argmax(below, axis=1), 1)
-    first = np.maximum(first, 1)
-    inner = _root(a * y, gaps, -np.ones(len(a)), room * SAMPLES[first - 1], room * SAMPLES[first])
-    lowest = room * SAMPLES[np.argmin(heights, axis=1)]
+    lowest = _middle(a * y, gaps)
+    inner = _root(a * y, gaps, -np.ones(len(a)), np.minimum(low, lowest), lowest)
     found = [_direction(y, gaps, t) for t in (outer, -inner, -lowest)]
     found += list(_polar(a, y, gaps))
     local = np.stack(found, axis=1)
@@ -66,6 +60,20 @@ def _root(ay: Floats, gaps: Floats, sign: Floats, low: Floats, high: Floats) -> 
         above = _f(ay, gaps, sign * middle) > 0
         low, high = np.where(above, middle, low), np.where(above, high, middle)
     return high
+
+
+def _middle(ay: Floats, gaps: Floats) -> Floats:
+    """Where f, which is convex in d, is least for t = −d − a₃² between the poles −a₂² and −a₃²."""
+    low, high = np.full(len(ay), -140.0), np.full(len(ay), 80.0)
+    squares, room = ay * ay, gaps[:, 1]
+    with np.errstate(all="ignore"):
+        for _ in range(HALVINGS):
+            x = 0.5 * (low + high)  # log of d / (room − d)
+            d, rest = room / (1.0 + np.exp(-x)), room / (1.0 + np.exp(x))
+            far = gaps[:, 0] - room + rest
+            slope = squares[:, 0] / far**3 + squares[:, 1] / rest**3 - squares[:, 2] / d**3
+            low, high = np.where(slope < 0, x, low), np.where(slope < 0, high, x)
+        return room / (1.0 + np.exp(-0.5 * (low + high))) + 1e-290
 
 
 def _direction(y: Floats, gaps: Floats, d: Floats) -> Floats:

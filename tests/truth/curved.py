@@ -17,7 +17,7 @@ from tests.truth.bodies import Body
 from tests.truth.cells import Cell, Search, both_signs, cells, fixed_directions, units
 from tests.truth.critical import critical_directions
 from tests.truth.newton import Smooth
-from tests.truth.rationals import DIGITS, across, dot, in_floats, opposite, real
+from tests.truth.rationals import DIGITS, across, dot, in_floats, in_reals, opposite, real
 
 Floats = Any
 ODDS = np.linspace(-48.0, 48.0, 385)
@@ -51,7 +51,7 @@ def curved_distance(a: Body, b: Body) -> mpf:
             cell = candidate.cell
             assert cell is not None
             n = smooth.polished(cell.w, cell.arc, candidate.n)
-            found.append(_height(a, b, n))
+            found += [_height(a, b, n), _height(a, b, in_reals(candidate.n))]
         return -min(found)
 
 

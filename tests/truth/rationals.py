@@ -98,3 +98,9 @@ def primitive(v: Sequence[int]) -> tuple[int, ...]:
 def in_floats(v: Sequence[Any], unit: Any = 1) -> list[float]:
     """Components v/unit, each rounded once; what no double can hold becomes 0."""
     return [float(Fraction(x) / unit) for x in v]
+
+
+def in_reals(v: Sequence[float]) -> Vector:
+    """Doubles at the working precision."""
+    x, y, z = (mpf(float(c)) for c in v)
+    return x, y, z
