@@ -27,6 +27,8 @@ class Batch:
         Number of each scene's regime.
     numbers : (n,) int
         Number of each scene within its shard.
+    about
+        What each regime says of its scenes.
     """
 
     a: Proxy
@@ -35,13 +37,17 @@ class Batch:
     groups: NDArray[np.int_]
     numbers: NDArray[np.int_]
     source: str
+    about: dict[int, str]
 
     @classmethod
     def draw(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> list[Batch]:
         """`each` scenes of every regime: a pure function of the seed, the shard and the number."""
         made: dict[object, list[tuple[int, Proxy, Proxy]]] = {}
+        about: dict[int, str] = {}
         for index, make in enumerate(REGIMES.values()):
-            a, b = make(NumpyDraws(seed, (*shard, index), each), *pair)
+            draws = NumpyDraws(seed, (*shard, index), each)
+            a, b = make(draws, *pair)
+            about[index] = draws.about
             made.setdefault((_form(a, index), _form(b, index)), []).append((index, a, b))
         source, names = f"bulk {seed}/{'/'.join(map(str, shard))}", list(REGIMES)
         found = []
@@ -49,7 +55,7 @@ class Batch:
             groups = np.repeat([index for index, _, _ in parts], each)
             numbers = groups * each + np.tile(np.arange(each), len(parts))
             a, b = _joined([a for _, a, _ in parts]), _joined([b for _, _, b in parts])
-            found.append(cls(a, b, [names[i] for i in groups], groups, numbers, source))
+            found.append(cls(a, b, [names[i] for i in groups], groups, numbers, source, about))
         return found
 
     @property
@@ -63,7 +69,8 @@ class Batch:
 
     def scene(self, query: str, i: int) -> Scene:
         """One scene of the batch."""
-        return Scene(query, self.a[i], self.b[i], self.regimes[i], f"{self.source}[{self.numbers[i]}]")
+        source = f"{self.source}[{self.numbers[i]}]{self.about[int(self.groups[i])]}"
+        return Scene(query, self.a[i], self.b[i], self.regimes[i], source)
 
 
 def _form(shape: Proxy, index: int) -> tuple[int, ...]:

@@ -6,10 +6,9 @@ from dataclasses import dataclass, field
 
 from oracles.known import KnownFaults
 from oracles.outcome import Bucket, Finding, Kind, Severity, Verdict
-from oracles.reference import QUICK
+from oracles.reference import is_quick
 from oracles.scene import Cell, Scene
 from oracles.words import decade_of
-from refimpl import Ray
 
 KEY = tuple[str, str, str, str, int | None, str | None]
 
@@ -38,7 +37,7 @@ class Buckets:
 
     def wants_proof(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
-        quick = {cell.type_a, cell.type_b} <= QUICK | {Ray}
+        quick = is_quick(cell.type_a, cell.type_b)
         key = (engine, cell, symptom, decade, regime if quick else "")
         tried = self._tried.get(key, 0)
         self._tried[key] = tried + 1

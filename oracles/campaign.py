@@ -25,7 +25,6 @@ from oracles.answers import reference_answers, said, take
 from oracles.audit import audit
 from oracles.batch import Batch, PairKey
 from oracles.buckets import Buckets
-from oracles.claims import UNIONS
 from oracles.engine import Answers, Engine, EngineUnavailable, SupportKind
 from oracles.engines import load_engine, require_sound
 from oracles.hunt import hunt
@@ -33,17 +32,16 @@ from oracles.judge import Judge
 from oracles.known import KnownFaults
 from oracles.library import Library, shipped, using
 from oracles.outcome import ANSWERED, Finding, Kind, Run, SupportNote, Verdict
-from oracles.reference import QUICK
+from oracles.reference import is_quick
 from oracles.regimes import REGIMES, reasons
 from oracles.scene import Cell, Scene, cells
 from oracles.words import decade_of
 from oracles.worker import EngineWorker
-from refimpl import Ray
-from refimpl.pairs import ITERATIVE, TABLE
+from refimpl.pairs import TABLE
 
 FIRST_PASS, LARGEST_PASS = 6, 100
 SEARCHED = 3
-"""A pair that needs a search, or pieces, gets this many times fewer scenes than one that has a closed form."""
+"""A pair that needs a search, corners or pieces gets this many times fewer scenes than one with a closed form."""
 AUDITED = 4
 """One regime in so many is audited, where a proof is no closed form."""
 GIVE_UP_AFTER = 1
@@ -150,9 +148,8 @@ class Campaign:
 
     def _drawn(self, pair: PairKey, shard: tuple[int, int], each: int) -> list[Batch]:
         """Scenes of a pair; fewer where each costs a search."""
-        searched = TABLE[pair].exactness == ITERATIVE or any(kind in UNIONS for kind in pair)
         with self.timed("scenes"):
-            return Batch.draw(pair, self.run.seed, shard, max(1, each // SEARCHED) if searched else each)
+            return Batch.draw(pair, self.run.seed, shard, each if is_quick(*pair) else max(1, each // SEARCHED))
 
     def _ask(
         self, pair: PairKey, batch: Batch, pools: dict[str, ThreadPoolExecutor]
@@ -234,7 +231,7 @@ class Campaign:
         """Prove the reference's own answer on one scene of each regime, or of some in turn where proofs take time."""
         with self.timed("audit"):
             first = np.unique(batch.groups, return_index=True)[1]
-            if not {type(batch.a), type(batch.b)} <= QUICK | {Ray}:
+            if not is_quick(type(batch.a), type(batch.b)):
                 first = first[batch.groups[first] % AUDITED == self.turn % AUDITED]
                 self.turn += 1
             for i in first:

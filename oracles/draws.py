@@ -16,9 +16,16 @@ from refimpl.linear import Array
 
 
 class Draws(Protocol):
-    """Independent random numbers for `n` scenes; every answer has a leading axis of length n."""
+    """Independent random numbers for `n` scenes; every answer has a leading axis of length n.
+
+    Attributes
+    ----------
+    about
+        What a regime says of the scenes that it made of the numbers, such as the names of models; mostly nothing.
+    """
 
     n: int
+    about: str
 
     def uniform(self, low: float, high: float, width: int = 0) -> Array:
         """Numbers between `low` and `high`; shape (n,) or (n, width)."""
@@ -32,6 +39,7 @@ class NumpyDraws:
 
     def __init__(self, seed: int, shard: Sequence[int], n: int) -> None:
         self.n = n
+        self.about = ""
         self._generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, *shard])))
 
     def uniform(self, low: float, high: float, width: int = 0) -> Array:
@@ -48,6 +56,7 @@ class HypothesisDraws:
     """Numbers of one scene, drawn and shrunk by Hypothesis."""
 
     n = 1
+    about = ""
 
     def __init__(self, draw: Callable[[st.SearchStrategy[Any]], Any]) -> None:
         self._draw = draw

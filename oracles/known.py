@@ -17,7 +17,8 @@ from typing import Any
 
 from oracles.outcome import Kind, Verdict
 from oracles.scene import Scene
-from refimpl import AABB, Box
+from refimpl import AABB, Box, Cylinder, Proxy
+from refimpl.linear import norm
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,10 @@ class Fault:
         Shell patterns, of which one has to fit.
     at_most, within
         Largest error that is excused: relative to the scene's size, and as a length.
-    thinner_than, larger_than
-        Only scenes in which a box has a half extent below this; in which a coordinate or extent is above this.
+    thinner_than
+        Only scenes in which a box or cylinder has a half extent or radius below this.
+    larger_than, smaller_than
+        Only scenes whose largest coordinate or extent is at least, at most this.
     """
 
     engine: str
@@ -44,6 +47,7 @@ class Fault:
     within: float = math.inf
     thinner_than: float = math.inf
     larger_than: float = 0.0
+    smaller_than: float = math.inf
 
     def covers(self, engine: str, scene: Scene, verdict: Verdict) -> bool:
         """Whether this entry explains the finding."""
@@ -59,14 +63,23 @@ class Fault:
             return False
         if verdict.amount > min(self.at_most * scene.size, self.within):
             return False
-        thin = math.isinf(self.thinner_than) or thinnest_box(scene) < self.thinner_than
-        return thin and scene.size >= self.larger_than
+        thin = math.isinf(self.thinner_than) or thinnest(scene) < self.thinner_than
+        return thin and self.larger_than <= scene.size <= self.smaller_than
 
 
-def thinnest_box(scene: Scene) -> float:
-    """Smallest half extent of any box in the scene; infinite without boxes."""
-    boxes = [s.to_box() if isinstance(s, AABB) else s for s in (scene.a, scene.b)]
-    return min((float(s.half_extents.min()) for s in boxes if isinstance(s, Box)), default=math.inf)
+def thinnest(scene: Scene) -> float:
+    """Smallest half extent of any box, or of the box around any cylinder; infinite where there is neither."""
+    return min(_thickness(shape) for shape in (scene.a, scene.b))
+
+
+def _thickness(shape: Proxy) -> float:
+    if isinstance(shape, AABB):
+        shape = shape.to_box()
+    if isinstance(shape, Box):
+        return float(shape.half_extents.min())
+    if isinstance(shape, Cylinder):
+        return min(float(shape.radius), float(norm(shape.q - shape.p)) / 2)
+    return math.inf
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ MOST_VERTICES, MOST_FACES, MOST_PARTS = 600, 1000, 64
 """Sizes beyond which a hull, a solid, a composite are refused: one scene of them would take the time of hundreds."""
 MOST_CHECKED = 5000
 """Faces up to which a mesh that is too large is still searched for defects."""
+LONGEST_LABEL = 60
 SMALLEST = 1e-9
 """Least thickness of a hull relative to its largest extent; below, it counts as flat."""
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
@@ -62,6 +63,12 @@ class Model:
     name: str
     read: Callable[[], Sequence[Piece]]
     made: dict[str, Proxy | ModelError] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """The name in harmless letters and not too long, for the name of a scene."""
+        plain = ascii(self.name)[1:-1]
+        return plain if len(plain) <= LONGEST_LABEL else "..." + plain[-LONGEST_LABEL:]
 
     def form(self, form: str) -> Proxy:
         """The model as a single proxy in its own frame.

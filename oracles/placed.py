@@ -159,6 +159,7 @@ def placed_pair(
     """
     forms = [FORM_OF.get(kind.__name__, HULL) for kind in (kind_a, kind_b)]
     first, second = (library.pick(draws, form) for form in forms)
+    draws.about = f" of {first.label} and {second.label}"
     a = posed(draws, first, forms[0], np.zeros((draws.n, 3)))
     aside = draws.uniform(-1.0, 1.0, 3)
     b = posed(draws, second, forms[1], a.center + scale(np.full(draws.n, a.size), aside))

@@ -10,7 +10,7 @@ from collections import OrderedDict
 
 import numpy as np
 
-from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Sphere, distance
+from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, distance
 from refimpl.linear import Array, Bools
 from refimpl.pairs import ITERATIVE, TABLE, Rule
 from refimpl.proof import Certificate, certify, check
@@ -19,8 +19,8 @@ from refimpl.proof.checker import Bound
 Kind = type[Proxy]
 
 MOST_REMEMBERED, MOST_PROVEN = 20_000, 1_000
-QUICK = {Point, Sphere, Capsule, HalfSpace, AABB, Box}
-"""Types whose pairs are asked again rather than remembered."""
+QUICK: set[Kind] = {Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box}
+"""Types whose pairs need neither search nor corners nor pieces."""
 
 DIRECT_ERROR, SEARCH_ERROR = 1e-14, 1e-12
 """Bounds on the error of `refimpl.distance`, relative to the scene's size, for closed and finite rules and for
@@ -28,6 +28,11 @@ iterative ones; held against 50 digits by the tests."""
 
 _remembered: OrderedDict[tuple[object, ...], tuple[float, float]] = OrderedDict()
 _proven: OrderedDict[tuple[object, ...], tuple[Certificate, tuple[Bound, Bound]]] = OrderedDict()
+
+
+def is_quick(x: Kind, y: Kind) -> bool:
+    """Whether a pair is answered and proven so fast that it is asked again rather than remembered."""
+    return x in QUICK and y in QUICK
 
 
 def rule_of(x: Kind, y: Kind) -> Rule:
@@ -45,7 +50,7 @@ def signed(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
 
     The two differ only for unions that overlap.
     """
-    if {type(x), type(y)} <= QUICK:
+    if is_quick(type(x), type(y)):
         sigma = np.where(wanted, distance(x, y).distance, 0.0)
         return sigma, sigma
     low, high = np.zeros(len(wanted)), np.zeros(len(wanted))

@@ -15,5 +15,6 @@ from oracles.scene import Cell, Scene
 def scenes(draw: st.DrawFn, cell: Cell, regimes: Sequence[str] | None = None) -> Scene:
     """Scenes of a cell, in any of the regimes (by default all); shrinks to the first regime and simple numbers."""
     name = draw(st.sampled_from(list(regimes or REGIMES)))
-    a, b = REGIMES[name](HypothesisDraws(draw), cell.type_a, cell.type_b)
-    return Scene(cell.query, a[0], b[0], name, "hypothesis")
+    draws = HypothesisDraws(draw)
+    a, b = REGIMES[name](draws, cell.type_a, cell.type_b)
+    return Scene(cell.query, a[0], b[0], name, "hypothesis" + draws.about)

@@ -134,17 +134,15 @@ SIZED: dict[type[Proxy], int] = {KDOP: 3, ConvexPolyhedron: 1}  # how many field
 
 
 def _together(hulls: Sequence[Hull]) -> Hull:
-    return Hull(
-        *(filled([getattr(hull, name) for hull in hulls]) for name in HULL),
-        np.array([hull.dimension for hull in hulls], dtype=np.int64),
-    )
+    columns: list[Any] = [filled([getattr(hull, name) for hull in hulls]) for name in HULL]
+    return Hull(*columns, np.array([hull.dimension for hull in hulls], dtype=np.int64))
 
 
 HULL = ("vertices", "planes", "edges", "active_planes", "active_vertices")
 
 
 def _class(size: int) -> int:
-    """Sizes that are filled up to one another: those between two powers of two."""
+    """Binary logarithm, rounded up: sizes that agree in it are filled up to one another."""
     return max(size - 1, 1).bit_length()
 
 
@@ -173,7 +171,7 @@ def piece_atoms(solid: Solid) -> list[Atoms]:
     if solid not in _PIECES:
         classes: dict[int, list[int]] = {}
         for number, piece in enumerate(solid.pieces):
-            classes.setdefault(_class(len(piece.vertices)), []).append(number)
+            classes.setdefault(_class(len(piece.vertices)) // 2, []).append(number)
         made = []
         for numbers in classes.values():
             hulls = piece_hulls([solid.pieces[i] for i in numbers])

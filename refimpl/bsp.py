@@ -226,7 +226,7 @@ def _best_plane(space: Arrangement, faces: list[Face]) -> int | None:
     left = np.zeros(len(concave))
     for part in (front[concave].astype(np.float32), back.astype(np.float32)):
         left += np.sum((part @ relation) * part, axis=1)
-    return faces[concave[int(np.argmin(left))]].plane
+    return faces[int(concave[np.argmin(left)])].plane
 
 
 def _any_concave(space: Arrangement, faces: list[Face]) -> int | None:

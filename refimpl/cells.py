@@ -154,7 +154,8 @@ class Cell:
         return self._part(plane, -1, side, crossing), self._part(plane, 1, side, crossing)
 
     def _part(self, plane: int, keep: int, side: dict[int, int], crossing: dict[tuple[int, int], int]) -> Cell:
-        facets, rim = [], {}
+        facets: list[Facet] = []
+        rim: dict[int, int] = {}
         for facet in self.facets:
             sides = [side[corner] for corner in facet.loop]
             if keep not in sides:
@@ -230,7 +231,7 @@ def bounding_cell(space: Arrangement, reach: int) -> Cell:
         for sign in (-1, 1):
             normal = [0, 0, 0]
             normal[axis] = sign
-            plane, turned = space.plane(*normal, -reach)
+            plane, turned = space.plane(normal[0], normal[1], normal[2], -reach)
             ring = []
             for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
                 at = [0, 0, 0]

@@ -18,9 +18,10 @@ from refimpl.compiling import batch_of
 from refimpl.linear import Array, Bools, as_floats, largest, power_of_two, scale
 from refimpl.pairs import TABLE, Rule
 from refimpl.results import CollisionData, RayHit, Separation, where
-from refimpl.shapes import Proxy, Ray, ShapeError, UnsupportedOperation
+from refimpl.shapes import Composite, Polyhedron, Proxy, Ray, ShapeError, UnsupportedOperation
 
 CHUNK = 1024
+UNIONS = (Composite, Polyhedron)
 
 P = TypeVar("P", bound=Proxy)
 
@@ -200,9 +201,13 @@ def _flat(x: P, y: Proxy) -> tuple[P, Proxy, tuple[int, ...]]:
 def _chunks(x: P, y: Proxy) -> Iterator[tuple[P, Proxy, Array]]:
     """Pieces of the batch that fit the cache, scaled, with the exponent by which answers are scaled back.
 
-    The largest number of each pair is brought to about 1.
+    The largest number of each pair is brought to about 1. Unions go on whole and as they are: their pieces come
+    through this door again, one by one.
     """
     rows = len(x)
+    if isinstance(x, UNIONS) or isinstance(y, UNIONS):
+        yield x, y, np.zeros(rows, dtype=np.intp)
+        return
     pieces = max(-(-rows // CHUNK), 1)
     ends = [rows * i // pieces for i in range(pieces + 1)]
     for start, end in pairwise(ends):

@@ -17,7 +17,7 @@ from refimpl.boxtree import BoxTree
 from refimpl.bsp import Piece, convex_pieces
 from refimpl.hulls import Hull
 from refimpl.linear import Array, cross, dot, norm, unit_or
-from refimpl.meshes import Triangles, require_solid
+from refimpl.meshes import Triangles, require_solid, shells
 
 REMEMBERED = 64  # meshes whose pieces are kept
 
@@ -74,6 +74,12 @@ class Solid:
     def pieces(self) -> list[Piece]:
         """Convex pieces with disjoint interiors; a convex solid is one."""
         return _pieces(self)
+
+    @cached_property
+    def shell_corners(self) -> NDArray[np.int64]:
+        """A vertex of each connected surface."""
+        _, first = np.unique(shells(self.triangles, len(self.vertices)), return_index=True)
+        return np.asarray(self.triangles[first, 0])
 
     @cached_property
     def extent(self) -> float:

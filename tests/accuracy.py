@@ -1,14 +1,20 @@
-"""Print the worst errors of the reference, pair by pair: ``python -m tests.accuracy [scenes per regime] [seed]``.
+"""Print the worst errors of the reference, pair by pair: ``python -m tests.accuracy [scenes] [seed] [--write] [types]``.
 
 Each distance is held against 50 digits (`tests.truth`) and against its proven interval, over every regime, relative to
-the scene's largest coordinate, extent or distance.
+the scene's largest coordinate, extent or distance; rays by how far the hit point is from the surface. `--write` keeps
+the numbers for the pair table in the README. Names of types or pairs (``Box``, ``Sphere-Box``) choose among the pairs.
 """
 
 from __future__ import annotations
 
+import json
 import math
 import sys
+import time
 from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -18,46 +24,115 @@ from rich.table import Table
 import refimpl
 from oracles.draws import NumpyDraws
 from oracles.regimes import REGIMES
-from refimpl import Ray
-from refimpl.pairs import TABLE
+from refimpl import Point, Ray
+from refimpl.pairs import ITERATIVE, TABLE
 from refimpl.proof import certify, check
 from tests import truth
 
+MEASURED = Path(refimpl.__file__).parents[1] / "reports" / "measured.json"
+UNIONS = {"Polyhedron", "Composite"}
 
-def errors(pair: tuple[type, type], n: int, seed: int) -> Iterator[tuple[str, float, float, bool]]:
-    """Regime, error, interval width and whether `intersect` is right, of each scene with a finite distance."""
+
+@dataclass
+class Worst:
+    """Worst of what was seen of a pair; errors and widths are relative to the scene's size."""
+
+    scenes: int = 0
+    error: float = 0.0
+    regime: str = ""
+    interval: float = 0.0
+    wide: int = 0
+    wrong: int = 0
+    proof_ms: list[float] = field(default_factory=list)
+
+    def see(self, error: float, regime: str) -> None:
+        self.scenes += 1
+        if error >= self.error:
+            self.error, self.regime = error, regime
+
+
+def measure(pair: tuple[type, type], n: int, seed: int) -> Worst:
+    """Try `n` scenes of each regime."""
+    worst = Worst()
     for index, (regime, make) in enumerate(REGIMES.items()):
         a, b = make(NumpyDraws(seed, (index, 5), n), *pair)
-        found, hits = refimpl.distance(a, b).distance, refimpl.intersect(a, b)
-        for i in np.flatnonzero(np.isfinite(found)):
-            true = truth.signed_distance(a[i], b[i])
-            size = truth.scene_scale(a[i], b[i]) or 1.0
-            lower, upper = check(certify(a[i], b[i]), a[i], b[i])
-            clear = abs(true) > 1e-14 * size
-            yield (
-                regime,
-                float(abs(true - float(found[i])) / size),
-                float(upper - lower) / size,
-                not clear or bool(hits[i]) == (true <= 0),
-            )
+        rows: Iterator[float] = _hits(a, b, worst) if pair[0] is Ray else _distances(a, b, worst)
+        for error in rows:
+            worst.see(error, regime)
+    return worst
 
 
-def main(n: int = 20, seed: int = 1) -> None:
+def _distances(a: Any, b: Any, worst: Worst) -> Iterator[float]:
+    found, hits = refimpl.distance(a, b).distance, refimpl.intersect(a, b)
+    for i in np.flatnonzero(np.isfinite(found)):
+        true = truth.signed_distance(a[i], b[i])
+        size = truth.scene_scale(a[i], b[i], true) or 1.0
+        began = time.perf_counter()
+        lower, upper = check(certify(a[i], b[i]), a[i], b[i])
+        worst.proof_ms.append(1e3 * (time.perf_counter() - began))
+        width = float(upper - lower) / size
+        worst.interval = max(worst.interval, width)
+        worst.wide += width > 1e-10
+        worst.wrong += abs(true) > 1e-12 * size and bool(hits[i]) != (true <= 0)
+        yield float(abs(true - float(found[i])) / size)
+
+
+def _hits(rays: Any, b: Any, worst: Worst) -> Iterator[float]:
+    found = refimpl.raycast(rays, b)
+    for i in range(len(rays)):
+        span = truth.ray_interval(rays[i], b[i])
+        if bool(found.hit[i]) != (span is not None):
+            worst.wrong += 1  # of a grazing ray: held against the surface by the tests
+        elif span is not None and span[0] > 0:
+            point = found.point[i]
+            size = max(float(b[i].magnitude), float(rays[i].magnitude), float(np.abs(point).max())) or 1.0
+            yield float(abs(truth.signed_distance(Point(point), b[i]))) / size
+
+
+def merge(measured: dict[str, dict[str, Any]]) -> None:
+    """Add numbers by pair to those that are kept."""
+    kept = json.loads(MEASURED.read_text("utf-8")) if MEASURED.exists() else {"pairs": {}}
+    for pair, numbers in measured.items():
+        kept["pairs"].setdefault(pair, {}).update(numbers)
+    order = {f"{a.__name__}–{b.__name__}": i for i, (a, b) in enumerate(TABLE)}
+    kept["pairs"] = dict(sorted(kept["pairs"].items(), key=lambda item: order.get(item[0], len(order))))
+    MEASURED.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", "utf-8")
+
+
+def chosen(words: list[str]) -> list[tuple[type, type]]:
+    """Pairs of the table that a word names; all of them without words."""
+    pairs = []
+    for a, b in TABLE:
+        names = {a.__name__, b.__name__, f"{a.__name__}-{b.__name__}"}
+        if (not words or names & set(words)) and not names & UNIONS:
+            pairs.append((a, b))
+    return pairs
+
+
+def main(arguments: list[str]) -> None:
     """Measure, and print the table."""
-    table = Table("pair", "scenes", "worst error / s", "in regime", "widest interval / s", "wrong intersect")
-    pairs = [pair for pair in TABLE if pair[0] is not Ray]
-    worst_of_all = 0.0
-    for pair in track(pairs, description="measuring", transient=True):
-        rows = list(errors(pair, n, seed))
-        worst = max(rows, key=lambda row: row[1])
-        worst_of_all = max(worst_of_all, worst[1])
-        wrong = sum(not right for *_, right in rows)
+    numbers = [int(word) for word in arguments if word.isdigit()]
+    n, seed = [*numbers, *(20, 1)[len(numbers) :]]
+    words = [word for word in arguments if not word.isdigit() and not word.startswith("-")]
+    table = Table("pair", "class", "scenes", "worst error / s", "in regime", "widest interval / s", "wrong", "proof ms")
+    classes: dict[str, float] = {}
+    kept: dict[str, dict[str, Any]] = {}
+    for pair in track(chosen(words), description="measuring", transient=True):
+        worst, exactness = measure(pair, n, seed), TABLE[pair].exactness
         name = "–".join(kind.__name__ for kind in pair)
-        widest = max(row[2] for row in rows)
-        table.add_row(name, str(len(rows)), f"{worst[1]:.1e}", worst[0], f"{widest:.1e}", str(wrong))
-    Console(width=110).print(table)
-    print(f"worst error: {worst_of_all:.2e}; double precision rounds by {math.ulp(1.0) / 2:.2e}")
+        classes[exactness] = max(classes.get(exactness, 0.0), worst.error)
+        kept[name] = {"error": worst.error} | ({} if pair[0] is Ray else {"interval": worst.interval})
+        proof = f"{np.median(worst.proof_ms):.0f}" if worst.proof_ms else ""
+        width = f"{worst.interval:.1e}" + (f" ({worst.wide} > 1e-10)" if worst.wide else "")
+        shown = (f"{worst.error:.1e}", worst.regime, "" if pair[0] is Ray else width, str(worst.wrong), proof)
+        table.add_row(name, exactness, str(worst.scenes), *shown)
+    Console(width=140).print(table)
+    for exactness, error in classes.items():
+        print(f"worst error, {exactness}: {error:.2e} (allowed {1e-12 if exactness == ITERATIVE else 1e-14:.0e})")
+    print(f"double precision rounds by {math.ulp(1.0) / 2:.2e}")
+    if "--write" in arguments:
+        merge(kept)
 
 
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:]))
+    main(sys.argv[1:])

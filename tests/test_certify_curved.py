@@ -1,4 +1,4 @@
-"""Certificates of ellipsoids and cylinders: narrow, true against 50 digits, also where circles of directions compete."""
+"""Certificates of ellipsoids and cylinders: narrow, true to 50 digits, also where circles of directions compete."""
 
 from __future__ import annotations
 

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from refimpl.bounds import aabb
 from refimpl.integrals import surface_integrals
-from refimpl.linear import apply, norm, rotation_matrix
+from refimpl.linear import apply, rotation_matrix
 from refimpl.mass import MassProperties, mass_properties
 from refimpl.shapes import (
     AABB,
@@ -124,23 +125,20 @@ SAMPLED = {
 }
 
 
-def sampled(shape, count=400_000):
-    """Estimates from points of a box around the shape, and the standard error of each."""
-    points = rng.uniform(-4, 4, (count, 3)) + shape.reference_point
-    points = points[inside(shape, points)]
-    share = len(points) / count
-    volume = 512 * share
+def sampled(shape, count=300_000):
+    """Estimates from points of the box around the shape, and the standard error of each."""
+    box = aabb(shape)
+    points = rng.uniform(box.lower, box.upper, (count, 3))
+    room, points = np.prod(box.upper - box.lower), points[inside(shape, points)]
+    share, root = len(points) / count, math.sqrt(len(points))
     middle = points.mean(axis=0)
     r = points - middle
-    products = np.sum(r * r, axis=1)[:, None, None] * np.eye(3) - r[:, :, None] * r[:, None, :]
-    noise = volume * products.std(axis=0).max() / math.sqrt(len(points)) + products.mean(
-        axis=0
-    ).max() * 512 * math.sqrt(share / count)
+    products = room * share * (np.sum(r * r, axis=1)[:, None, None] * np.eye(3) - r[:, :, None] * r[:, None, :])
     return (
-        (volume, 512 * math.sqrt(share * (1 - share) / count)),
-        (middle, r.std() / math.sqrt(len(points))),
-        (volume * products.mean(axis=0), noise),
-    )  # fmt: skip
+        (room * share, room * math.sqrt(share * (1 - share) / count)),
+        (middle, r.std() / root),
+        (products.mean(axis=0), (products.std(axis=0).max() + products.mean(axis=0).max()) / root),
+    )
 
 
 def agrees_with_samples(found, estimates, sigmas=6):
@@ -227,7 +225,7 @@ def test_surface_integrals_are_exact_on_fractions(name):
     assert second.tolist() == expected[2]
     flipped = faces[:, ::-1]
     assert surface_integrals(fraction_array(vertices)[flipped])[0] == -expected[0]
-    hole = surface_integrals(fraction_array(vertices)[faces[1:]])
+    hole = surface_integrals(fraction_array(vertices)[np.delete(faces, len(faces) // 2, axis=0)])
     assert hole[0] != expected[0] or list(hole[1]) != expected[1]
 
 
@@ -331,9 +329,8 @@ def test_a_row_of_a_batch_is_the_same_alone():
     ):
         found = mass_properties(many)
         for i in range(3):
-            alone = mass_properties(
-                many[i] if not isinstance(many, ConvexPolyhedron) else type(many).unpack(many[i].pack())
-            )
+            row = type(many).unpack(many[i].pack())  # not filled up to the batch's largest
+            alone = mass_properties(row)
             for name in ("volume", "barycentre", "inertia"):
                 assert np.array_equal(getattr(found, name)[i], getattr(alone, name), equal_nan=True)
 
@@ -386,9 +383,6 @@ def test_what_is_no_bounded_solid_has_no_mass(shape):
 
 
 def test_the_length_of_a_quaternion_means_nothing():
+    expected = mass_properties(Ellipsoid(PLACE, [1, 2, 3], TURN)).inertia
     for q in (TURN * 2.0**300, TURN * 1e-200):
-        assert np.allclose(
-            mass_properties(Ellipsoid(PLACE, [1, 2, 3], q)).inertia,
-            mass_properties(Ellipsoid(PLACE, [1, 2, 3], TURN)).inertia,
-        )
-    assert norm(MATRIX[:, 0]) == pytest.approx(1, abs=1e-15)
+        assert np.allclose(mass_properties(Ellipsoid(PLACE, [1, 2, 3], q)).inertia, expected, atol=1e-13)

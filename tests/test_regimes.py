@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -10,12 +11,29 @@ from hypothesis import find, given, settings
 from hypothesis import strategies as st
 
 import refimpl
+from oracles import solids
 from oracles.batch import Batch
+from oracles.bodies import KITS, random_body, round_body
 from oracles.draws import NumpyDraws
 from oracles.regimes import REGIMES, reasons
-from oracles.scene import Cell, Scene, cells
+from oracles.scene import TYPES, Cell, Scene, cells
 from oracles.strategies import scenes
-from refimpl import AABB, Box, Capsule, HalfSpace, Ray, Sphere
+from refimpl import (
+    AABB,
+    KDOP,
+    Box,
+    Capsule,
+    Composite,
+    ConvexPolyhedron,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Point,
+    Polyhedron,
+    Ray,
+    Sphere,
+)
+from refimpl.meshes import require_solid
 from refimpl.pairs import TABLE
 from tests.conftest import name_of, scenes_of
 
@@ -30,13 +48,24 @@ def test_every_regime_that_was_asked_for_exists_and_says_why():
 
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)
 def test_a_shard_is_a_pure_function_of_seed_and_number(pair):
-    this, again = (Batch.draw(pair, 5, (3, 1), 4) for _ in range(2))
-    other, later = Batch.draw(pair, 6, (3, 1), 4), Batch.draw(pair, 5, (3, 2), 4)
-    assert np.array_equal(this.a.pack(), again.a.pack())
-    assert np.array_equal(this.b.pack(), again.b.pack())
-    assert not np.array_equal(this.b.pack(), other.b.pack())
-    assert not np.array_equal(this.b.pack(), later.b.pack())
-    assert this.regimes == [name for name in REGIMES for _ in range(4)]
+    this, again, other, later = (named(pair, seed, number) for seed, number in ((5, 1), (5, 1), (6, 1), (5, 2)))
+    assert this == again
+    assert this.keys() == other.keys() == later.keys() == {(name, i) for name in REGIMES for i in range(2)}
+    assert all(this[key] != other[key] for key in this if key[0] == "generic")
+    assert all(this[key] != later[key] for key in this if key[0] == "generic")
+
+
+def named(pair, seed, number):
+    """Bits of every scene of a shard, by regime and number within it."""
+    found = {}
+    for batch in Batch.draw(pair, seed, (3, number), 2):
+        assert len(batch) == len(batch.a) == len(batch.b) == len(batch.regimes)
+        for i, (a, b) in enumerate(zip(*batch.rows, strict=True)):
+            scene = batch.scene("distance", i)
+            assert np.array_equal(scene.a.pack(), a)
+            assert np.array_equal(scene.b.pack(), b)
+            found[batch.regimes[i], int(batch.numbers[i]) % 2] = (a.tobytes(), b.tobytes())
+    return found
 
 
 def sigma_over_size(pair, regime, n=200):
@@ -46,6 +75,7 @@ def sigma_over_size(pair, regime, n=200):
 
 
 SOLID_PAIRS = [(Sphere, Box), (Capsule, Capsule), (Box, Box), (AABB, AABB), (HalfSpace, Box), (AABB, Box)]
+NEW_PAIRS = [(Sphere, Ellipsoid), (HalfSpace, Cylinder), (Box, ConvexPolyhedron), (Capsule, KDOP)]
 
 
 @pytest.mark.parametrize("pair", SOLID_PAIRS, ids=name_of)
@@ -59,10 +89,20 @@ def test_touching_touches_and_nearly_touching_covers_its_decades(pair):
     assert (nearly < 0).any()
 
 
-@pytest.mark.parametrize("pair", SOLID_PAIRS, ids=name_of)
+@pytest.mark.parametrize("pair", NEW_PAIRS, ids=name_of)
+def test_new_types_touch_where_they_should(pair):
+    ratio, _, _ = sigma_over_size(pair, "touching", 12)
+    assert np.all(np.abs(ratio) < 1e-11)
+    nearly, _, _ = sigma_over_size(pair, "nearly_touching", 12)
+    assert np.all(np.abs(nearly) <= 1)
+    assert (nearly > 0).any()
+    assert (nearly < 0).any()
+
+
+@pytest.mark.parametrize("pair", SOLID_PAIRS + NEW_PAIRS, ids=name_of)
 def test_deep_and_concentric_overlap(pair):
     for regime in ("deep", "concentric"):
-        ratio, _, _ = sigma_over_size(pair, regime)
+        ratio, _, _ = sigma_over_size(pair, regime, 200 if pair in SOLID_PAIRS else 20)
         assert np.mean(ratio < -1e-3) > 0.5
 
 
@@ -98,10 +138,10 @@ def test_parallel_edges_meet_at_tiny_angles():
     assert np.any((sine > 1e-10) & (sine < 1e-4))
 
 
-@pytest.mark.parametrize("solid", [Sphere, Capsule, AABB, Box, HalfSpace])
+@pytest.mark.parametrize("solid", [b for a, b in TABLE if a is Ray])
 def test_rays_hit_and_miss(solid):
     hits = refimpl.raycast(*scenes_of((Ray, solid), "generic", 300)).hit
-    assert 0.1 < np.mean(hits) < 0.95
+    assert 0.05 < np.mean(hits) < 0.95
 
 
 @pytest.mark.parametrize("regime", REGIMES)
@@ -113,6 +153,69 @@ def test_hypothesis_draws_every_regime(regime, data, number):
     assert scene.a.batch_shape == scene.b.batch_shape == ()
     again = Scene.from_json(scene.to_json())
     assert again.id == scene.id
+
+
+# -- types without a fixed form ------------------------------------------------------------------------------
+
+KINDS = [
+    Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box, KDOP, Ellipsoid, Cylinder, ConvexPolyhedron, Polyhedron, Composite
+]  # fmt: skip
+
+
+def made(kind, n=3, many=60):
+    """Batches of a type from bodies of all sorts."""
+    for i in range(many):
+        draws = NumpyDraws(11, (i,), n)
+        yield (round_body if i % 2 else random_body)(draws).make(kind)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_every_type_is_made_and_travels_as_rows_and_as_json(kind):
+    for shapes in made(kind, many=12):
+        assert type(shapes) is kind
+        assert shapes.batch_shape == (3,)
+        rows = shapes.pack()
+        again = kind.unpack(rows)
+        np.testing.assert_array_equal(again.pack(), rows)
+        one = shapes[1]
+        np.testing.assert_array_equal(one.pack(), rows[1])
+        scene = Scene("distance", Sphere([0, 0, 0], 1), one, "here")
+        if kind.__name__ in TYPES:
+            back = Scene.from_json(json.loads(json.dumps(scene.to_json())))
+            assert back.id == scene.id
+            np.testing.assert_array_equal(back.b.pack(), one.pack())
+
+
+def test_k_dops_are_the_usual_ones_and_odd_ones():
+    sizes = {shapes.lower.shape[-1] for shapes in made(KDOP, n=1, many=200)}
+    assert {3, 7, 9, 13} <= sizes
+    assert sizes - {3, 7, 9, 13}
+
+
+def test_hulls_are_given_by_planes_and_by_vertices_and_have_4_to_16():
+    found = [shapes[0] for shapes in made(ConvexPolyhedron, n=1, many=200)]
+    assert {hull.given for hull in found} == {"planes", "vertices"}
+    counts = {hull.numbers.shape[-2] for hull in found if hull.given == "vertices"}
+    assert min(counts) == 4
+    assert max(counts) == 16
+    assert all(hull.hull.dimension == 3 for hull in found)
+
+
+def test_slivers_hold_flat_hulls():
+    flat = [scenes_of((Sphere, ConvexPolyhedron), "sliver", 4, seed=seed)[1].hull.dimension < 3 for seed in range(6)]
+    assert 0.05 < np.mean(flat) < 0.9
+
+
+@pytest.mark.parametrize("make", solids.MESHES, ids=lambda make: make.__name__)
+@pytest.mark.parametrize("width", [0.2, 0.5, 0.8])
+def test_the_meshes_bound_solids(make, width):
+    require_solid(*make(width))
+
+
+def test_composites_have_two_to_four_parts():
+    found = [shapes for shapes in made(Composite, n=1, many=60)]
+    assert {len(union.parts) for union in found} == {len(kit) for kit in KITS} == {2, 3, 4}
+    assert {type(part) for union in found for part in union.parts} == {kind for kit in KITS for kind in kit}
 
 
 def test_hypothesis_shrinks_to_a_simple_scene():
@@ -131,6 +234,11 @@ def test_hypothesis_shrinks_to_a_simple_scene():
         ({"a": {"type": "Cone", "numbers": []}}, "unknown type 'Cone'"),
         ({"a": {"type": "Sphere", "numbers": [1]}}, "a Sphere has 4 numbers"),
         ({"a": {"type": "Sphere", "numbers": [0, 0, 0, -1]}}, "Sphere.radius must be greater than 0"),
+        ({"a": {"type": "KDOP", "numbers": []}}, "expected 1 sizes first"),
+        ({"a": {"type": "KDOP", "numbers": [1e9, 1, 0, 0]}}, "expected rows of 5000000001 numbers"),
+        ({"a": {"type": "KDOP", "numbers": [1, 1, 0, 0, 2, 1]}}, "must not be below KDOP.lower"),
+        ({"a": {"type": "ConvexPolyhedron", "numbers": [2, 1, 0, 0]}}, "must be 0 for planes or 1 for vertices"),
+        ({"a": {"type": "KDOP", "numbers": [0.0] * 1_000_001}}, "at most 1000000 numbers"),
         ({"b": None}, "not a scene"),
     ],
 )
@@ -142,7 +250,8 @@ def test_scenes_from_strangers_are_checked(change, words):
 
 def test_all_cells_are_there():
     found = cells()
-    assert len(found) == 20 * 3 + 5
-    assert len({(c.type_a, c.type_b) for c in found}) == 25
+    rays = [pair for pair in TABLE if pair[0] is Ray]
+    assert len(found) == (len(TABLE) - len(rays)) * 3 + len(rays)
+    assert {(c.type_a, c.type_b) for c in found} == set(TABLE)
     shapes = NumpyDraws(1, (2,), 3)
     assert shapes.choice((1.0, 2.0), 3).shape == (3, 3)

@@ -13,8 +13,9 @@ import numpy as np
 from refimpl.algorithms.nearest import box_excess
 from refimpl.algorithms.rounds import grown
 from refimpl.compiling import module_for, numbers
-from refimpl.kernels.boxes import ALIGNED, FEATURES, FRAME, PLACED, SEGMENT, TURNED
+from refimpl.kernels.boxes import ALIGNED, FRAME, PLACED, SEGMENT, TURNED
 from refimpl.kernels.polytopes_nearest import ROOM
+from refimpl.kernels.polytopes_pair import FEATURES
 from refimpl.linear import Array, Bools, apply, apply_inverse, cross, dot, rotation_matrix, unit_or
 from refimpl.results import Separation, where
 from refimpl.shapes import AABB, Box, Capsule, Point, Sphere

@@ -17,15 +17,19 @@ from refimpl.algorithms.halfspaces import lowest_against_plane, unit_plane
 from refimpl.algorithms.rounds import grown
 from refimpl.compiling import is_compiled, module_for, numbers
 from refimpl.hulls import Hull, hull_of_box
-from refimpl.kernels.polytopes import FACE, FIRST
+from refimpl.kernels.polytopes import FACE, FIRST, GRID
 from refimpl.kernels.polytopes_nearest import ROOM
+from refimpl.kernels.polytopes_pair import FEATURES
 from refimpl.linear import Array, apply, apply_inverse, dot, rotation_matrix, unit_or
 from refimpl.results import Separation
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Point, Proxy, Sphere
 
 Indices = NDArray[np.int64]
 STILL = np.eye(3)
-POINT = np.array([[1.0, 0, 0, 0, 0, 0, FIRST + 3, FIRST + 3, 0, 0, 0]])
+POINT = np.array([[1.0, 0, 0, 0, 0, 0, FIRST + 3, FIRST + 3, 0, 0, 0, 0]])
+MANY = 32
+"""A polytope with more vertices gets a directory of them."""
+MIDDLES = (np.arange(GRID) + 0.5) * (2.0 / GRID) - 1.0
 LARGE = 1000
 """A row of so many numbers makes one pair as much work as two small ones, and worth compiling for accordingly."""
 
@@ -64,15 +68,29 @@ def geometry_rows(hulls: Hull) -> tuple[Array, Array]:
     middle = np.min(vertices, axis=1) / 2 + np.max(vertices, axis=1) / 2
     inner, normals = vertices - middle[:, None, :], hulls.planes[..., :3]
     offsets = np.max(dot(inner[:, None, :, :], normals[:, :, None, :]), axis=-1)
-    faces = np.concatenate([normals, offsets[..., None], np.zeros((*offsets.shape, 1))], axis=-1)
+    faces = np.concatenate([normals, offsets[..., None], np.zeros((*offsets.shape, FACE - 4))], axis=-1)
     start, end = (np.take_along_axis(inner, np.repeat(edges[..., i, None], 3, axis=2), axis=1) for i in (0, 1))
     links = np.concatenate([edges, unit_or(end - start, STILL[0])[0]], axis=-1)
     parts = [inner, faces, links]
     counts = np.stack([_different(hulls.vertices), _different(hulls.planes), _different(edges)], axis=1)
     centre = np.cumsum(inner, axis=1)[:, -1] / inner.shape[1]  # one by one: the same bits in any batch
-    ends = FIRST + np.cumsum([p.shape[1] * p.shape[2] for p in parts])[:2]
-    header = np.concatenate([counts, centre, np.broadcast_to(ends, (len(inner), 2))], axis=1)
-    return np.concatenate([header, *(p.reshape(len(p), -1) for p in parts)], axis=1), middle
+    starts = np.zeros((len(inner), 3))
+    starts[:] = FIRST + np.cumsum([p.shape[1] * p.shape[2] for p in parts])
+    if inner.shape[1] > MANY:
+        parts.append(_directory(inner))
+    else:
+        starts[:, 2] = 0.0
+    return np.concatenate([counts, centre, starts, *(p.reshape(len(p), -1) for p in parts)], axis=1), middle
+
+
+def _directory(vertices: Array) -> Array:
+    """Farthest vertices (g, cells) along the directions through the middles of the directory's cells."""
+    u, v = np.stack(np.meshgrid(MIDDLES, MIDDLES, indexing="ij")).reshape(2, -1)
+    one = np.ones_like(u)
+    sides = [(s * one, u, v) for s in (1, -1)] + [(v, s * one, u) for s in (1, -1)] + [(u, v, s * one) for s in (1, -1)]
+    cells = np.concatenate([np.stack(side, axis=-1) for side in sides])
+    found = [np.argmax(dot(vertices, cell), axis=1) for cell in cells]
+    return np.stack(found, axis=1).astype(np.float64)
 
 
 def _different(rows: Any) -> Any:
@@ -122,7 +140,7 @@ def polytopes(x: Proxy) -> Polytopes:
 
 def _segments(p: Array, q: Array) -> Array:
     """Rows of segments: two vertices, and an edge without faces."""
-    sizes = np.broadcast_to(np.array([2.0, 0, 1, 0, 0, 0, FIRST + 6, FIRST + 6]), (len(p), FIRST))
+    sizes = np.broadcast_to(np.array([2.0, 0, 1, 0, 0, 0, FIRST + 6, FIRST + 6, 0]), (len(p), FIRST))
     link = np.broadcast_to(np.array([0.0, 1, -1, -1]), (len(p), 4))
     return np.concatenate([sizes, p, q, link, unit_or(q - p, STILL[0])[0]], axis=1)
 
@@ -153,7 +171,7 @@ def separate(a: Proxy, b: Proxy) -> Separation:
     if not is_compiled(module):
         x, y = x.alone(), y.alone()
     rows = (x.geometry, x.which, x.pose, y.geometry, y.which, y.pose)
-    room = [np.zeros(n) for n in (width, width, ROOM, width + 96)]
+    room = [np.zeros(n) for n in (width, width, ROOM, width + FEATURES, width)]
     answers = numbers(np.zeros((count, 10)), module)
     module.separations(*(numbers(r, module) for r in (*rows, *room)), answers)
     found = np.array(answers).reshape(count, 10)

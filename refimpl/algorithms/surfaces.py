@@ -45,7 +45,7 @@ def nearest_on_triangles(p: Array, corners: Array) -> Array:
         gap = norm(p - foot)
         nearer = gap < least
         best, least = np.where(nearer[:, None], foot, best), np.where(nearer, gap, least)
-    return best
+    return np.asarray(best)
 
 
 def point_surface(solid: Solid, p: Array) -> tuple[float, Array, Array]:

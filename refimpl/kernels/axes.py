@@ -17,30 +17,33 @@ import math
 from . import kernel
 from .polytopes import (
     CENTRE,
-    DIRECTION,
+    DIRECTORY,
     EDGE,
     FACE,
+    GAP,
     LEFT,
     N_EDGES,
     N_FACES,
-    N_VERTICES,
     OFFSET,
     RIGHT,
     SEEN,
     Row,
     Scratch,
+    edge_direction,
     first_edge,
     first_face,
     gap_along,
     lowest,
+    rather_low,
     vertex,
 )
 from .vectors import Vector, along, cross, dot, minus, opposite, perpendicular, unit_or
 
-FEW = 16
-"""So many vertices are simply all tried."""
-REMEMBERED = 24
-"""So many vertices, found far against some face, are tried on the next face first."""
+CLEARLY = 2.0**-44
+"""A product of two cosines beyond this is not made of rounding."""
+NOWHERE = (0.0, 0.0, 0.0)
+LISTED = 4
+"""An edge in a list: where it starts in its geometry, and its direction."""
 
 
 @kernel
@@ -50,52 +53,48 @@ def three(row: Row, at: int) -> Vector:
 
 
 @kernel
-def _shown_useless(body: Scratch, at: int, other: Row, known: Row, count: int, gap: float) -> bool:
-    """Whether one of the remembered vertices keeps the gap in front of a face below `gap`; notes which."""
-    n, offset = three(body, at), body[at + OFFSET]
-    for i in range(count):
-        if dot(n, vertex(other, int(known[i]))) - offset <= gap:
-            body[at + SEEN] = known[i]
-            return True
-    return False
-
-
-@kernel
-def widest_face(body: Scratch, other: Row, gap: float, known: Scratch) -> tuple[int, float]:
+def widest_face(body: Scratch, other: Row, geometry: Row, pose: Row, gap: float) -> tuple[int, float]:
     """Where the face of `body` starts in front of which the gap to `other` is widest, and that gap.
 
-    −1 and `gap` when none has more than `gap`. Leaves at each face a vertex of the other that shows it.
+    −1 and `gap` when none has more than `gap`. Leaves at each face a vertex of the other, and the gap that it leaves,
+    which is the face's own where that could be the widest. `geometry` and `pose` are those of the other.
     """
-    start, found, count, latest = first_face(body), -1, 0, 0
-    many = other[N_VERTICES] > FEW
-    for at in range(start, start + FACE * int(body[N_FACES]), FACE):
-        if many and _shown_useless(body, at, other, known, count, gap):
-            continue
+    start = first_face(body)
+    end = start + FACE * int(body[N_FACES])
+    found, most, top, by_directory = -1, gap, -1, geometry[DIRECTORY] > 0.0
+    for at in range(start, end, FACE):
         n = three(body, at)
-        i = lowest(other, n)
-        body[at + SEEN] = i
+        i = rather_low(geometry, pose, n) if by_directory else lowest(other, n)
         here = dot(n, vertex(other, i)) - body[at + OFFSET]
-        if here > gap:
-            found, gap = at, here
-        if many:
-            known[latest] = i
-            latest = (latest + 1) % REMEMBERED
-            count = min(count + 1, REMEMBERED)
+        body[at + SEEN], body[at + GAP] = i, here
+        if here > most:
+            most, top = here, at
+    if not by_directory:
+        return top, most
+    for at in range(start - FACE if top >= 0 else end, end, FACE):  # the most promising one comes first
+        face = at if at >= start else top
+        if body[face + GAP] > gap:
+            n = three(body, face)
+            i = lowest(other, n)
+            here = dot(n, vertex(other, i)) - body[face + OFFSET]
+            body[face + SEEN], body[face + GAP] = i, here
+            if here > gap:
+                found, gap = face, here
     return found, gap
 
 
 @kernel
-def _promise(body: Row, other: Row, at: int) -> float:
+def _promise(geometry: Row, at: int, body: Row, other: Row) -> float:
     """Bound from above of the gap along all directions between the normals of an edge's two faces.
 
     Along m = α·u + β·v, α + β = 1, the gap times ‖m‖ is at most (q − p)·m, for p on the edge and any q of the other
     polytope: two such lines over α, from the vertices seen by the two faces, bound it.
     """
-    if body[at + LEFT] < 0.0:
+    if geometry[at + LEFT] < 0.0:
         return math.inf
     start = first_face(body)
-    left, right = start + FACE * int(body[at + LEFT]), start + FACE * int(body[at + RIGHT])
-    u, v, p = three(body, left), three(body, right), vertex(body, int(body[at]))
+    left, right = start + FACE * int(geometry[at + LEFT]), start + FACE * int(geometry[at + RIGHT])
+    u, v, p = three(body, left), three(body, right), vertex(body, int(geometry[at]))
     q, r = minus(vertex(other, int(body[left + SEEN])), p), minus(vertex(other, int(body[right + SEEN])), p)
     qu, qv, ru, rv = dot(q, u), dot(q, v), dot(r, u), dot(r, v)
     most = max(min(qu, ru), min(qv, rv))
@@ -110,12 +109,14 @@ def _promise(body: Row, other: Row, at: int) -> float:
 
 
 @kernel
-def promising_edges(body: Row, other: Row, gap: float, found: Scratch) -> int:
-    """List where the edges start over whose arcs the gap may exceed `gap`; gives how many."""
-    start, count = first_edge(body), 0
-    for at in range(start, start + EDGE * int(body[N_EDGES]), EDGE):
-        if _promise(body, other, at) > gap:
-            found[count] = at
+def promising_edges(geometry: Row, pose: Row, body: Row, other: Row, gap: float, found: Scratch) -> int:
+    """List the edges over whose arcs the gap may exceed `gap`; gives how many."""
+    start, count = first_edge(geometry), 0
+    for at in range(start, start + EDGE * int(geometry[N_EDGES]), EDGE):
+        if _promise(geometry, at, body, other) > gap:
+            to = LISTED * count
+            found[to] = at
+            found[to + 1], found[to + 2], found[to + 3] = edge_direction(geometry, at, pose)
             count += 1
     return count
 
@@ -127,74 +128,99 @@ def crossed(e: Vector, f: Vector) -> Vector:
     Nearly parallel ones leave noise in their product, but only across both is it harmless: it is cleaned against the
     first, after which its part along the second is smaller still.
     """
-    n = unit_or(cross(e, f), (0.0, 0.0, 0.0))
+    n = unit_or(cross(e, f), NOWHERE)
     n = along(n, -dot(n, e), e)
     n = along(n, -dot(n, f), f)
-    return unit_or(along(n, -dot(n, e), e), (0.0, 0.0, 0.0))
+    return unit_or(along(n, -dot(n, e), e), NOWHERE)
 
 
 @kernel
-def _widest_of_edge(
-    a: Row, b: Row, at: int, found: Row, count: int, best: Vector, gap: float, blur: float
+def _apart_on_sphere(geometry: Row, at: int, body: Row, f: Vector) -> bool:
+    """Whether the great circle at right angles to an edge `f` of the other clearly misses the arc of an edge.
+
+    It crosses the arc only between its ends, so the normals of the edge's two faces lie on different sides of it.
+    """
+    if geometry[at + LEFT] < 0.0:
+        return False
+    start = first_face(body)
+    u = three(body, start + FACE * int(geometry[at + LEFT]))
+    v = three(body, start + FACE * int(geometry[at + RIGHT]))
+    return dot(u, f) * dot(v, f) > CLEARLY
+
+
+@kernel
+def _widest_of_pair(
+    a: Row, b: Row, p: Vector, e: Vector, q: Vector, f: Vector, best: Vector, gap: float, blur: float
 ) -> tuple[Vector, float]:
-    """Try one edge of A crossed with the listed edges of B; give the best direction so far, and its gap."""
-    p, e = vertex(a, int(a[at])), three(a, at + DIRECTION)
-    inner_a, inner_b = minus(p, three(a, CENTRE)), three(b, CENTRE)
-    for j in range(count):
-        to = int(found[j])
-        q, f = vertex(b, int(b[to])), three(b, to + DIRECTION)
-        c, between = cross(e, f), minus(q, p)
-        outwards = dot(c, inner_a) + dot(c, minus(inner_b, q))
-        here = dot(c, between)
-        if abs(outwards) <= blur:  # both lie flat across it
-            outwards = here
-        if outwards < 0.0:
-            c, here = opposite(c), -here
-        if here > gap * math.sqrt(dot(c, c)) - blur:
-            n = crossed(e, f)
-            n = opposite(n) if dot(n, c) < 0.0 else n
-            if dot(n, between) > gap and n != (0.0, 0.0, 0.0):
-                measured = gap_along(a, b, n)
-                if measured > gap:
-                    best, gap = n, measured
+    """Try the edge of A at `p` along `e` crossed with that of B at `q` along `f`; the better of this and `best`."""
+    c, between = cross(e, f), minus(q, p)
+    outwards = dot(c, minus(p, three(a, CENTRE))) + dot(c, minus(three(b, CENTRE), q))
+    here = dot(c, between)
+    if abs(outwards) <= blur:  # both lie flat across it
+        outwards = here
+    if outwards < 0.0:
+        c, here = opposite(c), -here
+    if here > gap * math.sqrt(dot(c, c)) - blur:
+        n = crossed(e, f)
+        n = opposite(n) if dot(n, c) < 0.0 else n
+        if dot(n, between) > gap and n != NOWHERE:
+            measured = gap_along(a, b, n)
+            if measured > gap:
+                return n, measured
     return best, gap
 
 
 @kernel
 def widest_axis(
-    a: Scratch, b: Scratch, best: Vector, gap: float, blur: float, listed: Scratch, known: Scratch
+    geometry_a: Row,
+    pose_a: Row,
+    geometry_b: Row,
+    pose_b: Row,
+    a: Scratch,
+    b: Scratch,
+    best: Vector,
+    gap: float,
+    blur: float,
+    listed_a: Scratch,
+    listed_b: Scratch,
 ) -> tuple[Vector, float]:
     """Unit direction from A to B along which the gap is widest, and that gap, if it is more than `gap` along `best`.
 
     Parameters
     ----------
+    geometry_a, pose_a, geometry_b, pose_b, a, b
+        The polytopes, and as they are placed, vertices and faces.
     best, gap
         A direction that is known already.
     blur
         A length that counts as rounding: where less is at stake, a direction is tried rather than dismissed.
-    listed, known
-        Room for as many numbers as the larger of the two has edges, and for `REMEMBERED`.
+    listed_a, listed_b
+        Room for `LISTED` numbers for each edge of either.
     """
-    face, wider = widest_face(a, b, gap, known)
+    face, wider = widest_face(a, b, geometry_b, pose_b, gap)
     if face >= 0:
         best, gap = three(a, face), wider
-    face, wider = widest_face(b, a, gap, known)
+    face, wider = widest_face(b, a, geometry_a, pose_a, gap)
     if face >= 0:
         best, gap = opposite(three(b, face)), wider
-    count = promising_edges(b, a, gap, listed)
-    if count > 0:
-        start = first_edge(a)
-        for at in range(start, start + EDGE * int(a[N_EDGES]), EDGE):
-            if _promise(a, b, at) > gap:
-                best, gap = _widest_of_edge(a, b, at, listed, count, best, gap, blur)
+    count_b = promising_edges(geometry_b, pose_b, b, a, gap, listed_b)
+    count_a = promising_edges(geometry_a, pose_a, a, b, gap, listed_a) if count_b > 0 else 0
+    for i in range(0, LISTED * count_a, LISTED):
+        at, e = int(listed_a[i]), three(listed_a, i + 1)
+        p = vertex(a, int(geometry_a[at]))
+        for j in range(0, LISTED * count_b, LISTED):
+            to, f = int(listed_b[j]), three(listed_b, j + 1)
+            if not _apart_on_sphere(geometry_a, at, a, f) and not _apart_on_sphere(geometry_b, to, b, e):
+                q = vertex(b, int(geometry_b[to]))
+                best, gap = _widest_of_pair(a, b, p, e, q, f, best, gap, blur)
     return best, gap
 
 
 @kernel
-def some_axis(a: Row, b: Row) -> Vector:
+def some_axis(geometry_a: Row, pose_a: Row, geometry_b: Row, pose_b: Row) -> Vector:
     """Direction for polytopes without faces: across an edge where there is one."""
-    if a[N_EDGES] > 0.0:
-        return perpendicular(three(a, first_edge(a) + DIRECTION))
-    if b[N_EDGES] > 0.0:
-        return perpendicular(three(b, first_edge(b) + DIRECTION))
+    if geometry_a[N_EDGES] > 0.0:
+        return perpendicular(edge_direction(geometry_a, first_edge(geometry_a), pose_a))
+    if geometry_b[N_EDGES] > 0.0:
+        return perpendicular(edge_direction(geometry_b, first_edge(geometry_b), pose_b))
     return (1.0, 0.0, 0.0)

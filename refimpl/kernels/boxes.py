@@ -19,8 +19,8 @@ from .vectors import Vector, cross, dot, length, minus, opposite, perpendicular,
 SEGMENT, ALIGNED, TURNED = 0, 1, 2
 """What a row of numbers is: p, q (and a radius); lower, upper; centre, half extents, quaternion."""
 HALF, AXES, FRAME = 3, 6, 15
-PLACED, FEATURES = FIRST + 24, 36
-"""Room for the corners of a box, and for the edges of a simplex."""
+PLACED = FIRST + 24
+"""Room for the corners of a box."""
 
 
 @kernel

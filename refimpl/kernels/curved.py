@@ -23,6 +23,7 @@ from .expanding import (
     Ints,
     add_point,
     begin,
+    expand,
     facet_below,
     highest,
     insert,
@@ -34,6 +35,8 @@ from .projection import nearest_to_point
 from .vectors import Vector, along, dot, length, minus, opposite, plus, times, unit_or, without
 
 EPS = 2.0**-52
+DOUBTFUL = 1e-13
+"""Misfit of witness points, relative to the scene, above which the search is repeated more carefully."""
 COARSE = 1e-2
 """Depth of a facet below the surface, relative to the difference's size, from which Newton's method is tried."""
 
@@ -151,12 +154,13 @@ def deepest(
             gap, m, doubt, rest = polish(a, b, x, y, m)
             if gap > best + fine or (gap >= best - fine and rest < best_rest):
                 best, direction, best_rest = gap, m, rest
-            if doubt <= fine and rest <= 1e-6 * size and is_tangent(points, facets, f, m, gap + inset + 4.0 * coarse):
-                facets[7 * f + MARK] = CLOSED
-                known -= 1
-                continue
-            add_corners(a, b, inset_a, inset_b, m, points, facets, f, known)
-            known += 3
+            if is_tangent(points, facets, f, m, gap + inset + 4.0 * coarse):
+                if doubt <= fine and rest <= 1e-6 * size:
+                    facets[7 * f + MARK] = CLOSED
+                    known -= 1
+                    continue
+                add_corners(a, b, inset_a, inset_b, m, points, facets, f, known)
+                known += 3
         grown = insert(points, planes, facets, scratch, f, next_point, used, slack)
         next_point += 1
         if grown == 0:
@@ -207,7 +211,7 @@ def witnesses(
 
     Of a very flat ellipsoid a direction does not tell the point well; it is projected from the other body instead.
     """
-    slack = 64.0 * EPS * size
+    slack = 256.0 * EPS * size
     face_towards(a, n, (0.0, 0.0, 0.0), slack, face_a)
     face_towards(b, opposite(n), times(-sigma, n), slack, face_b)
     start = unit_or(minus(middle(face_b), middle(face_a)), n)
@@ -314,7 +318,13 @@ def general(
     found, sigma, n, x, y = apart(a, b, inset_a, inset_b, size, simplex, face_a, face_b)
     if not found:
         sigma, n = deepest(a, b, inset_a, inset_b, sigma, n, points, planes, facets, scratch)
-        sigma, n, x, y, _ = settled(a, b, sigma, n, size, simplex, face_a, face_b)
+        sigma, n, x, y, misfit = settled(a, b, sigma, n, size, simplex, face_a, face_b)
+        if misfit > DOUBTFUL * size:
+            # nearly equal features were too much for the shortcuts: once more, by support points only
+            _, _, _, m, _ = expand(a, b, n, EPS * size, points, planes, facets, scratch)
+            gap, m, p, q, rest = settled(a, b, gap_along(a, b, m), m, size, simplex, face_a, face_b)
+            if gap > sigma + DOUBTFUL * size or rest < misfit:
+                sigma, n, x, y = gap, m, p, q
     return sigma, n, x, y
 
 

@@ -15,6 +15,8 @@ from .newton import ZERO, Feature, climb, gap_of
 from .vectors import Vector, along, cross, dot, length, minus, opposite, times, unit_or, without
 
 Points = tuple[Vector, Vector, Vector]
+NEARLY_PARALLEL = 1e-4
+"""Squared sine of the angle between two edges below which they may meet at an end, not where they cross."""
 
 
 @kernel
@@ -140,8 +142,22 @@ def residual(f: Feature, g: Feature, x: Vector, y: Vector, gap: float, n: Vector
 
 
 @kernel
+def attempt(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vector, float, float]:
+    """Give what `polish` does, for the features exactly as three support points of each body show them."""
+    (f, normal_f), (g, normal_g) = feature(a, x), feature(b, y)
+    found, promised = guess(f, normal_f, g, normal_g, n)
+    gap = gap_along(a, b, found)
+    rest = math.inf
+    if dot(normal_f, normal_f) == 0.0 and dot(normal_g, normal_g) == 0.0:
+        rest = residual(f, g, moved(a, x[0], found), moved(b, y[0], opposite(found)), gap, found)
+    return gap, found, promised - gap, rest
+
+
+@kernel
 def polish(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vector, float, float]:
     """Improve a direction by the features at which support points of both bodies lie.
+
+    Tried as well: the caps of cylinders; and of two nearly parallel edges, only one with an end of the other.
 
     Parameters
     ----------
@@ -159,21 +175,23 @@ def polish(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vect
         to rounding where they were guessed rightly; and how far they are from having points gap·n apart, which
         makes the gap a local maximum: infinite where that was not found out.
     """
-    (f, normal_f), (g, normal_g) = feature(a, x), feature(b, y)
-    found, promised = guess(f, normal_f, g, normal_g, n)
-    gap = gap_along(a, b, found)
-    rest = math.inf
-    if dot(normal_f, normal_f) == 0.0 and dot(normal_g, normal_g) == 0.0:
-        rest = residual(f, g, moved(a, x[0], found), moved(b, y[0], opposite(found)), gap, found)
-    best, direction = gap, found
+    best = attempt(a, b, x, y, n)
     for row in (a, b):
         if row[KIND] == CYLINDER:
             axis = three(row, AXES + 6)
             cap = times(-1.0 if dot(axis, n) < 0.0 else 1.0, axis)
             there = gap_along(a, b, cap)
-            if there > best:
-                best, direction, rest = there, cap, math.inf
-    return best, direction, promised - gap, rest
+            if there > best[0]:
+                best = (there, cap, 0.0, math.inf)
+    e, f = feature(a, x)[0][5], feature(b, y)[0][5]
+    sine = cross(unit_or(e, ZERO), unit_or(f, ZERO))
+    if dot(e, e) > 0.0 and dot(f, f) > 0.0 and dot(sine, sine) < NEARLY_PARALLEL:
+        for i in range(2):
+            p, q = along(x[0], float(i), e), along(y[0], float(i), f)
+            for other in (attempt(a, b, (p, p, p), y, n), attempt(a, b, x, (q, q, q), n)):
+                if other[0] > best[0]:
+                    best = other
+    return best
 
 
 @kernel

@@ -98,6 +98,12 @@ def nearest_of_three(p: Vector, q: Vector, r: Vector) -> tuple[float, float, flo
     if x > 0.0 and y > 0.0 and z > 0.0:
         x, y, z = x / total, y / total, z / total
         v = along(along(times(x, p), y, q), z, r)
+        # what is left of v in the plane, found more precisely than v itself, corrects the weights of a thin triangle
+        square = dot(normal, normal)
+        s, t = dot(normal, cross(v, minus(r, p))) / square, dot(normal, cross(minus(q, p), v)) / square
+        if s < y and t < z and s + t > -x:
+            x, y, z = x + (s + t), y - s, z - t
+            v = along(along(times(x, p), y, q), z, r)
         if dot(v, v) < least:
             best = (x, y, z)
     return best

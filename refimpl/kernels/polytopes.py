@@ -2,22 +2,26 @@
 
 A polytope's own geometry is a row::
 
-    [vertices, faces, edges, centre (3), where the faces start, where the edges start,
-     vertices (3 each), faces (5 each), edges (7 each)]
+    [vertices, faces, edges, centre (3), where the faces start, where the edges start, where the directory starts,
+     vertices (3 each), faces (6 each), edges (7 each), directory]
 
 centre
     Some point of the polytope.
 vertex
     x, y, z.
 face
-    Outward unit normal, its offset (the support function along it), and a place for the index of a vertex of
-    *another* polytope that lies far against the normal: the separating axes leave it there.
+    Outward unit normal, its offset (the support function along it), and two places for the separating axes: a
+    vertex of *another* polytope that lies far against the normal, and the gap that it leaves.
 edge
     Its two vertices, the two faces at it (−1 twice for a lone segment), and its unit direction.
+directory
+    Of a polytope with many vertices: the vertex farthest along each of the directions through the cells of a
+    grid on the six sides of a cube. Others have none, and start it at 0.
 
 A pose is a row of 13 numbers: where the geometry's origin lies, its rotation matrix row by row, and a factor, a power
-of two, by which all lengths of the geometry are multiplied. A placed polytope has the same layout; all lengths are then
-relative to one point near both polytopes of a pair, so that nothing is lost far from the world's origin.
+of two, by which all lengths of the geometry are multiplied. A placed polytope has the same layout without edges and
+directory; all lengths are then relative to one point near both polytopes of a pair, so that nothing is lost far
+from the world's origin.
 """
 
 from __future__ import annotations
@@ -27,9 +31,9 @@ from collections.abc import MutableSequence, Sequence
 from . import kernel
 from .vectors import Vector
 
-N_VERTICES, N_FACES, N_EDGES, CENTRE, FACES, EDGES, FIRST = 0, 1, 2, 3, 6, 7, 8
-FACE, EDGE = 5, 7
-OFFSET, SEEN = 3, 4
+N_VERTICES, N_FACES, N_EDGES, CENTRE, FACES, EDGES, DIRECTORY, FIRST = 0, 1, 2, 3, 6, 7, 8, 9
+FACE, EDGE, GRID = 6, 7, 8
+OFFSET, SEEN, GAP = 3, 4, 5
 LEFT, RIGHT, DIRECTION = 2, 3, 4
 FACTOR = 12
 """Where a pose keeps its factor."""
@@ -113,18 +117,46 @@ def place_vertices(geometry: Row, pose: Row, shift: Vector, body: Scratch) -> No
 
 
 @kernel
-def place_features(geometry: Row, pose: Row, shift: Vector, body: Scratch) -> None:
-    """Write the turned faces and edges of a polytope whose vertices are placed already."""
-    still, at = (0.0, 0.0, 0.0), first_face(geometry)
+def place_faces(geometry: Row, pose: Row, shift: Vector, body: Scratch) -> None:
+    """Write the turned faces of a polytope whose vertices are placed already."""
+    at = first_face(geometry)
     for _ in range(int(geometry[N_FACES])):
-        _turned(geometry, at, pose, 1.0, still, body)
+        _turned(geometry, at, pose, 1.0, (0.0, 0.0, 0.0), body)
         moved = body[at] * shift[0] + body[at + 1] * shift[1] + body[at + 2] * shift[2]
         body[at + OFFSET] = pose[FACTOR] * geometry[at + OFFSET] + moved
-        body[at + SEEN] = 0.0
         at += FACE
-    at = first_edge(geometry)
-    for _ in range(int(geometry[N_EDGES])):
-        for i in range(at, at + DIRECTION):
-            body[i] = geometry[i]
-        _turned(geometry, at + DIRECTION, pose, 1.0, still, body)
-        at += EDGE
+
+
+@kernel
+def edge_direction(geometry: Row, at: int, pose: Row) -> Vector:
+    """Turned unit direction of the edge that starts at `at`."""
+    x, y, z = geometry[at + DIRECTION], geometry[at + DIRECTION + 1], geometry[at + DIRECTION + 2]
+    return (
+        pose[3] * x + pose[4] * y + pose[5] * z,
+        pose[6] * x + pose[7] * y + pose[8] * z,
+        pose[9] * x + pose[10] * y + pose[11] * z,
+    )
+
+
+@kernel
+def cell_of(x: float, y: float, z: float) -> int:
+    """Cell of the directory that a direction other than zero points through."""
+    a, b, c = abs(x), abs(y), abs(z)
+    if a >= b and a >= c:
+        side, u, v = 0 if x > 0.0 else 1, y / a, z / a
+    elif b >= c:
+        side, u, v = 2 if y > 0.0 else 3, z / b, x / b
+    else:
+        side, u, v = 4 if z > 0.0 else 5, x / c, y / c
+    i = min(int((u + 1.0) * (GRID / 2)), GRID - 1)
+    j = min(int((v + 1.0) * (GRID / 2)), GRID - 1)
+    return (side * GRID + i) * GRID + j
+
+
+@kernel
+def rather_low(geometry: Row, pose: Row, n: Vector) -> int:
+    """A vertex far against `n`, if not the farthest, of a polytope with a directory."""
+    x = pose[3] * n[0] + pose[6] * n[1] + pose[9] * n[2]
+    y = pose[4] * n[0] + pose[7] * n[1] + pose[10] * n[2]
+    z = pose[5] * n[0] + pose[8] * n[1] + pose[11] * n[2]
+    return int(geometry[int(geometry[DIRECTORY]) + cell_of(-x, -y, -z)])

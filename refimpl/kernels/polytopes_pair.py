@@ -13,13 +13,15 @@ from collections.abc import Sequence
 
 from . import kernel
 from .axes import crossed, some_axis, three, widest_axis
-from .polytopes import CENTRE, Row, Scratch, gap_along, place_features, place_vertices, reach, vertex
+from .polytopes import CENTRE, Row, Scratch, gap_along, place_faces, place_vertices, reach, vertex
 from .polytopes_nearest import APART, ENTRY, MEETING, nearest, on_first, on_second
 from .vectors import Vector, dot, minus, opposite, plus, times, unit_or, without
 
 ROUNDING = 2.0**-51
 """Two bounds this near to each other, relative to the coordinates, are equal up to rounding."""
 
+FEATURES = 36
+"""Room for the directions of all edges of a simplex."""
 HERE = (0.0, 0.0, 0.0)
 Answer = tuple[float, Vector, Vector, Vector]
 """Signed distance; normal; witness points on A and on B."""
@@ -78,7 +80,15 @@ def touching_points(a: Row, b: Row, sigma: float, n: Vector, close: float, s: Sc
 
 @kernel
 def separation(
-    geometry_a: Row, pose_a: Row, geometry_b: Row, pose_b: Row, a: Scratch, b: Scratch, s: Scratch, listed: Scratch
+    geometry_a: Row,
+    pose_a: Row,
+    geometry_b: Row,
+    pose_b: Row,
+    a: Scratch,
+    b: Scratch,
+    s: Scratch,
+    listed_a: Scratch,
+    listed_b: Scratch,
 ) -> Answer:
     """Signed distance, normal and witness points, relative to the origin of A's pose.
 
@@ -88,8 +98,8 @@ def separation(
         Rows as `polytopes` describes them.
     a, b
         Room for the two placed polytopes.
-    s, listed
-        Room for a simplex, and for as many numbers as either has edges and 96 more.
+    s, listed_a, listed_b
+        Room for a simplex, and for the edges of each, which are lists of `FEATURES` numbers at least.
     """
     offset = (pose_b[0] - pose_a[0], pose_b[1] - pose_a[1], pose_b[2] - pose_a[2])
     place_vertices(geometry_a, pose_a, HERE, a)
@@ -101,14 +111,14 @@ def separation(
         return upper, w, on_first(a, s, k), on_second(b, s, k)
     best, gap = HERE, -math.inf
     if status != MEETING:
-        best, gap = across_features(a, b, s, k, w, best, gap, upper - blur, listed)
+        best, gap = across_features(a, b, s, k, w, best, gap, upper - blur, listed_a)
     if status == MEETING or gap < upper - blur:
-        place_features(geometry_a, pose_a, HERE, a)
-        place_features(geometry_b, pose_b, offset, b)
+        place_faces(geometry_a, pose_a, HERE, a)
+        place_faces(geometry_b, pose_b, offset, b)
         if gap == -math.inf:
-            best = some_axis(a, b)
+            best = some_axis(geometry_a, pose_a, geometry_b, pose_b)
             gap = gap_along(a, b, best)
-        best, gap = widest_axis(a, b, best, gap, blur, listed, s)
+        best, gap = widest_axis(geometry_a, pose_a, geometry_b, pose_b, a, b, best, gap, blur, listed_a, listed_b)
     x, y = touching_points(a, b, gap, best, blur / 2, s)
     return gap, best, x, y
 
@@ -131,7 +141,8 @@ def separations(
     a: Scratch,
     b: Scratch,
     s: Scratch,
-    listed: Scratch,
+    listed_a: Scratch,
+    listed_b: Scratch,
     answers: Sequence[Scratch],
 ) -> None:
     """Answer a batch: signed distance, normal and both witness points, in world coordinates, 10 numbers a row."""
@@ -139,6 +150,6 @@ def separations(
         pose, answer = poses_a[i], answers[i]
         origin = (pose[0], pose[1], pose[2])
         sigma, n, x, y = separation(
-            geometries_a[which_a[i]], pose, geometries_b[which_b[i]], poses_b[i], a, b, s, listed
+            geometries_a[which_a[i]], pose, geometries_b[which_b[i]], poses_b[i], a, b, s, listed_a, listed_b
         )
         write(answer, sigma, n, plus(origin, x), plus(origin, y))

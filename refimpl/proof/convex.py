@@ -18,7 +18,7 @@ from refimpl.proof.sets import read
 from refimpl.shapes import HalfSpace, Proxy, UnsupportedOperation
 
 ENOUGH = Fraction(1, 1 << 47)  # of the scene; proposals stop when the interval is as narrow as this
-FAIR = Fraction(1, 1 << 36)  # as narrow as is worth a large polytope
+FAIR = Fraction(1, 1 << 34)  # as narrow as is worth a large polytope
 TURN = 0.02  # sine of the angle up to which the normal of a flat part competes with the direction found
 
 
@@ -94,8 +94,10 @@ class Search:
             self.inside(deep)
             if deep.closed:
                 return
-            for claim in inscribed(self.shapes, self.bodies, _plain(deep.normals[0])):
+            enough = float(-self.lower[0] - self.radius - ENOUGH * self.size)
+            for claim in inscribed(self.shapes, self.bodies, _plain(deep.normals[0]), enough):
                 self.propose_upper(claim)
+            self._reference()
             if self.upper[0] - self.lower[0] <= FAIR * self.size:
                 return
 

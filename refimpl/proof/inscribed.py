@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +31,21 @@ class Image(NamedTuple):
     axes: list[tuple[Vector, Vector]]  # exact direction and length, unit vector
     share: Any
     place: Place
+    slants: bool = False  # a cylinder: the third axis may go with any unit vector
+
+    def slanted(self, way: Matrix) -> Iterator[Image]:
+        """The same with the caps' planes cut at a slant, so that it comes nearer to the rims in a direction."""
+        yield self
+        if not self.slants:
+            return
+        u, v, w = (np.array(unit) for _, unit in self.axes)
+        aside = (way @ u) * u + (way @ v) * v
+        aside *= math.copysign(1.0, way @ w) / max(math.sqrt(aside @ aside), 1e-300)
+        (radius, height), tilt = ((np.linalg.norm(doubles(self.axes[i][0])) for i in (0, 2)), abs(float(way @ w)))
+        for slant in (2 * tilt * radius / height, 16 * tilt * radius / height, 0.1, 1.0, 10.0):
+            third = w + slant * aside
+            third /= math.sqrt(third @ third)
+            yield self._replace(axes=[*self.axes[:2], (self.axes[2][0], tuple(third.tolist()))])
 
     def matrix(self) -> Matrix:
         """Symmetric matrix of the image."""
@@ -76,7 +92,7 @@ def image(shape: Any, core: Body, target: Vector) -> Image | None:
         if core.flat:
             centre, (height,) = _shrunk([axes[2]], centre, target)
             axes, share = [axes[0], axes[1], height], Fraction(float(shape.radius)) ** 2
-        return Image(centre, [(axis, _unit(axis)) for axis in axes], share, centre)
+        return Image(centre, [(axis, _unit(axis)) for axis in axes], share, centre, core.flat)
     if isinstance(shape, AABB | Box):
         middle, half, ways = frame(shape)
         centre, kept = _shrunk([along((0, 0, 0), h, way) for h, way in zip(half, ways, strict=True)], middle, target)
@@ -145,20 +161,26 @@ def _roomiest(c: list[float], p: list[float]) -> float:
     return 0.5 * (low + high)
 
 
-def inscribed(shapes: tuple[Any, Any], bodies: tuple[Body, Body], normal: Vector) -> Iterator[Inscribed]:
-    """Claims of a depth, best last; `normal` is the direction of the least depth found."""
+def inscribed(shapes: tuple[Any, Any], bodies: tuple[Body, Body], normal: Vector, enough: float) -> Iterator[Inscribed]:
+    """Claims of a depth, best last, up to `enough`; `normal` is the direction of the least depth found."""
     first = image(shapes[0], bodies[0], exact(shapes[1].reference_point.tolist()))
     second = image(shapes[1], bodies[1], first.centre) if first else None
     first = image(shapes[0], bodies[0], second.centre) if second else None
     if first is None or second is None:
         return
     across = np.array(doubles(minus(first.centre, second.centre)))
-    p, q, best = first.matrix() * ROOM, second.matrix() * ROOM, 0.0
-    for turn in _turns(p, q, normal):
-        radius, share = _largest_ball(across, p + q @ turn)
-        if radius > best:
-            best = radius
-            columns = second.columns(turn)
-            others = opposite(columns[0]), opposite(columns[1]), opposite(columns[2])
-            shares = first.share, second.share, share
-            yield Inscribed(first.place, first.columns(np.eye(3)), second.place, others, radius, shares)
+    both = first.matrix() + second.matrix()
+    best = 0.0
+    for way in np.linalg.eigh(both @ both.T)[1][:, :2].T:
+        for one, other in product(first.slanted(way), second.slanted(way)):
+            p, q = one.matrix() * ROOM, other.matrix() * ROOM
+            for turn in _turns(p, q, normal):
+                radius, share = _largest_ball(across, p + q @ turn)
+                if radius > best:
+                    best = radius
+                    columns = other.columns(turn)
+                    others = opposite(columns[0]), opposite(columns[1]), opposite(columns[2])
+                    shares = one.share, other.share, share
+                    yield Inscribed(one.place, one.columns(np.eye(3)), other.place, others, radius, shares)
+                if best >= enough:
+                    return

@@ -68,7 +68,7 @@ class Composite(Proxy):
     @property
     def storage(self) -> int:
         """How many numbers one proxy of this batch is."""
-        return 1 + sum(2 + part.pack().shape[-1] for part in self.parts)
+        return 1 + sum(2 + int(part.pack().shape[-1]) for part in self.parts)
 
     def pack(self) -> Array:
         """The number of parts; then for each its type's code, the length of its row, and the row."""

@@ -22,7 +22,9 @@ from tests.truth.rationals import DIGITS, across, dot, in_floats, in_reals, oppo
 Floats = Any
 ODDS = np.linspace(-48.0, 48.0, 385)
 """Grid of log(β / (1 − β)): at the optimum the ratio of the two bulges, which slivers make 1e-20."""
-ZOOMS = 9
+ZOOMS, ALTERNATIONS = 9, 8
+FLAT = 1e-14
+"""What a plateau of h rises and falls by in doubles."""
 NEAR, EQUAL = 1e-8, 1e-12
 """How far above the least h, relative to the scene, a critical direction may seem to be and still count."""
 
@@ -126,12 +128,13 @@ def _along_the_odds(search: Search, pieces: list[Cell], w: Floats, bases: Floats
     n, heights = _at(search, np.tile(ODDS, len(w)), w[cell], bases[cell])
     heights = heights.reshape(len(w), len(ODDS), -1)
     padded = np.pad(heights, ((0, 0), (1, 1), (0, 0)), constant_values=np.inf)
-    local = (heights <= padded[:, :-2]) & (heights <= padded[:, 2:])
+    local = (heights <= padded[:, :-2] + FLAT) & (heights <= padded[:, 2:] + FLAT)
+    local[:, 1:] &= ~local[:, :-1]  # of a plateau, its beginning
+    local |= heights == heights.min(axis=1, keepdims=True)
     s, t = search.bulges(n)
     margin = 0.2 * np.minimum(s, t).reshape(heights.shape) + 1e-6
     local &= heights <= heights.min() + margin
-    rows = np.argwhere(local)
-    rows = rows[np.argsort(heights[tuple(rows.T)], kind="stable")][:100]
+    rows = _lowest_of_each(np.where(local, heights, np.inf))
     which, branch = rows[:, 0], rows[:, 2]
     middle, half = ODDS[rows[:, 1]], np.full(len(rows), ODDS[1] - ODDS[0])
     steps = np.linspace(-1.0, 1.0, 9)
@@ -145,4 +148,41 @@ def _along_the_odds(search: Search, pieces: list[Cell], w: Floats, bases: Floats
         middle = grid[np.arange(len(grid)), best]
         half = half / 3.0
         chosen, values = n[pick[np.arange(len(grid)), best], branch], mine[np.arange(len(grid)), best]
-    return [Candidate(float(h), m, pieces[i]) for h, m, i in zip(values, chosen, which, strict=True)]
+    scanned = [Candidate(float(h), m, pieces[i]) for h, m, i in zip(values, chosen, which, strict=True)]
+    return scanned + _from_flat_limits(search, pieces, w, bases)
+
+
+def _from_flat_limits(search: Search, pieces: list[Cell], w: Floats, bases: Floats) -> list[Candidate]:
+    """Alternate between the best direction for the odds and the best odds for the direction.
+
+    Where both bodies are thin and lie alike, as two disks in one plane do, all odds but a narrow range are equally
+    bad. Then the odds of the limit are close: those of the direction in which w lies once a thin axis is left out.
+    """
+    starts = [w]
+    for axes in (search.axes_a, search.axes_b):
+        for g in (axes / np.linalg.norm(axes, axis=0)).T:
+            along = np.sum(w * g, axis=-1, keepdims=True) * g
+            starts += [w - along, along]
+        if axes.shape[1] == 2:
+            third = np.cross(axes[:, 0], axes[:, 1])
+            third /= np.linalg.norm(third)
+            starts.append(w - np.sum(w * third, axis=-1, keepdims=True) * third)
+    which = np.tile(np.arange(len(w)), len(starts))
+    n = np.concatenate(starts)
+    found = []
+    for _ in range(ALTERNATIONS):
+        s, t = search.bulges(n)
+        odds = np.clip(np.log((t + 1e-300) / (s + 1e-300)), ODDS[0], ODDS[-1])
+        choices, heights = _at(search, odds, w[which], bases[which])
+        best = np.argmin(heights, axis=1)
+        n, low = choices[np.arange(len(n)), best], heights[np.arange(len(n)), best]
+        found += [Candidate(float(h), m, pieces[i]) for h, m, i in zip(low, n, which, strict=True)]
+    return found
+
+
+def _lowest_of_each(heights: Floats, most: int = 3) -> Floats:
+    """Rows (cell, odds, branch) of the lowest local minima of every cell and branch; the others are infinite."""
+    order = np.argsort(heights, axis=1, kind="stable")[:, :most]
+    cell, rank, branch = np.indices(order.shape)
+    rows = np.stack([cell, order, branch], axis=-1).reshape(-1, 3)
+    return rows[np.isfinite(heights[tuple(rows.T)])]
