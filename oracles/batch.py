@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oracles.claims import UNIONS
 from oracles.draws import NumpyDraws
+from oracles.reference import UNIONS
 from oracles.regimes import REGIMES
 from oracles.scene import Scene
 from refimpl.linear import Array

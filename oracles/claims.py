@@ -15,11 +15,10 @@ import numpy as np
 
 from oracles.answers import take
 from oracles.engine import Answers, Convention
-from oracles.reference import error_of, signed
+from oracles.reference import UNIONS, error_of, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
-from refimpl.shapes import Composite, Polyhedron
 
 NOT_A_NUMBER = "not a number"
 NEITHER = "fits neither the shapes nor those effectively used"
@@ -102,9 +101,6 @@ UNIT_ERROR = 1e-6
 
 LARGEST = 1e150
 """No scene has such numbers; an engine that answers one, the largest double for instance, has not set it."""
-
-UNIONS = (Polyhedron, Composite)
-"""Types of which an overlap has a depth for each piece, and one of the whole that is known as an interval."""
 
 
 @dataclass(frozen=True)

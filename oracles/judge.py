@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from oracles.audit import OUTSIDE, REFUSED, allows, audit
-from oracles.claims import NEITHER, NOT_A_NUMBER, UNIONS, Claim, Questioned
+from oracles.claims import NEITHER, NOT_A_NUMBER, Claim, Questioned
 from oracles.engine import Answers, Bound, Convention, Engine, Status
 from oracles.outcome import Kind, Severity, Verdict
-from oracles.reference import error_of, proven
+from oracles.reference import UNIONS, error_of, proven
 from oracles.scene import Cell, Scene
 from oracles.words import conviction, said_of, severity_of
 from refimpl import Point, Proxy, distance

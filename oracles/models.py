@@ -18,12 +18,14 @@ from scipy.spatial import ConvexHull, QhullError
 from oracles.meshfiles import Mesh, ModelError, merged, read_bytes, read_mesh, require_usable
 from oracles.urdf import ORIGIN, Element, Pose, collision_elements, shown
 from refimpl.linear import Array, apply, rotation_matrix
-from refimpl.meshes import require_solid
+from refimpl.meshes import directed_edges, require_solid
 from refimpl.shapes import Box, Capsule, Composite, ConvexPolyhedron, Cylinder, Polyhedron, Proxy, ShapeError, Sphere
+from refimpl.signs import Points
 
 HULL, SOLID, COMPOSITE = FORMS = ("hull", "solid", "composite")
 MOST_VERTICES, MOST_FACES, MOST_PARTS = 600, 1000, 64
 """Sizes beyond which a hull, a solid, a composite are refused: one scene of them would take the time of hundreds."""
+MOST_CONCAVE = 64
 MOST_CHECKED = 5000
 """Faces up to which a mesh that is too large is still searched for defects."""
 LONGEST_LABEL = 60
@@ -163,7 +165,22 @@ def _solid(pieces: Sequence[Piece]) -> Proxy:
         require_solid(whole.vertices, whole.triangles)  # a defect says more than the size
     if faces > MOST_FACES:
         raise ModelError(f"is too large: {faces} faces, at most {MOST_FACES}")
-    return Polyhedron(whole.vertices, whole.triangles)
+    solid = Polyhedron(whole.vertices, whole.triangles)
+    concave = concave_edges(solid)
+    if concave > MOST_CONCAVE:
+        raise ModelError(f"splits into too many convex pieces: {concave} concave edges, at most {MOST_CONCAVE}")
+    return solid
+
+
+def concave_edges(solid: Polyhedron) -> int:
+    """Edges whose two faces make less than a half turn outside; a solid has about as many convex pieces. Exact."""
+    edges, faces = directed_edges(solid.triangles)
+    opposite = np.concatenate([solid.triangles[:, 2], solid.triangles[:, 0], solid.triangles[:, 1]])
+    there, back = np.lexsort(edges.T), np.lexsort(edges.T[::-1])  # each edge is run through both ways, once
+    across = np.empty(len(edges), dtype=np.int64)
+    across[there] = opposite[back]
+    a, b, c = solid.triangles[faces].T
+    return int(np.sum(Points(solid.vertices).orientation(a, b, c, across) > 0)) // 2
 
 
 def _composite(pieces: Sequence[Piece]) -> Proxy:

@@ -12,15 +12,20 @@ import numpy as np
 
 from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, distance
 from refimpl.linear import Array, Bools
+from refimpl.overlaps import apart_or_overlapping
 from refimpl.pairs import ITERATIVE, TABLE, Rule
 from refimpl.proof import Certificate, certify, check
 from refimpl.proof.checker import Bound
+from refimpl.shapes import Composite, Polyhedron
 
 Kind = type[Proxy]
 
 MOST_REMEMBERED, MOST_PROVEN = 20_000, 1_000
 QUICK: set[Kind] = {Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box}
 """Types whose pairs need neither search nor corners nor pieces."""
+
+UNIONS = (Polyhedron, Composite)
+"""Types of which an overlap has a depth for each piece, and one of the whole that is known as an interval."""
 
 DIRECT_ERROR, SEARCH_ERROR = 1e-14, 1e-12
 """Bounds on the error of `refimpl.distance`, relative to the scene's size, for closed and finite rules and for
@@ -75,9 +80,13 @@ def _recalled(x: Proxy, y: Proxy) -> tuple[Array, Array]:
 
 
 def _asked(x: Proxy, y: Proxy) -> tuple[Array, Array]:
-    """Ask the reference: an overlap of unions has an interval, from the deepest piece to a proven way out."""
-    found = distance(x, y)
-    return found.distance, found.distance
+    """Ask the reference: an overlap of unions is as deep as its deepest piece at least, and as a way out at most."""
+    if not (isinstance(x, UNIONS) or isinstance(y, UNIONS)):
+        found = distance(x, y)
+        return found.distance, found.distance
+    each = [apart_or_overlapping(x[i], y[i]) for i in range(len(x))]
+    least = np.array([float(one.separation.distance) for one in each])
+    return least, np.where(least < 0, [-one.lower for one in each], least)
 
 
 def proven(x: Proxy, y: Proxy) -> tuple[Certificate, tuple[Bound, Bound]]:

@@ -13,15 +13,15 @@ import numpy as np
 
 from oracles.bodies import IDENTITY, random_body, round_body
 from oracles.draws import Draws, log_uniform
+from oracles.reference import UNIONS
 from oracles.library import current
 from oracles.placed import placed_pair
 from refimpl import Capsule, HalfSpace, Proxy, Ray, distance
 from refimpl.linear import Array, Bools, dot, norm, quaternion_product, scale
-from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, Polyhedron
+from refimpl.shapes import KDOP, ConvexPolyhedron, Polyhedron
 
 FLAT_WHEN_THIN = (KDOP, ConvexPolyhedron)
 """Types that may have no thickness at all, and do so in some slivers."""
-UNIONS = (Polyhedron, Composite)
 STEPS = 4
 """Unions are moved in so many steps: past one piece, there may be the next."""
 

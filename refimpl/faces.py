@@ -1,7 +1,7 @@
 """Corners and faces of a polytope, exactly: which corner lies on which face, and both in whole numbers.
 
-A polytope is given by planes or by vertices; the double description method (`refimpl.cones`) finds the other. What
-is redundant is dropped by counting: in d dimensions a corner lies on at least d faces and a face has at least d
+A polytope is given by planes or by vertices; qhull (`refimpl.proposals`) or the double description method (`refimpl.cones`)
+finds the other. What is redundant is dropped by counting: in d dimensions a corner lies on at least d faces and a face has at least d
 corners, and those that do not are none.
 """
 
@@ -14,9 +14,13 @@ import numpy as np
 
 from refimpl.cones import Cone, Whole, product
 from refimpl.linear import Array
+from refimpl.proposals import Ray, proposed_rays
 from refimpl.proxy import ShapeError
 
 AT_INFINITY = -1
+
+Normal = tuple[int, int, int]
+Touching = dict[int, set[int]]
 
 
 @dataclass(frozen=True)
@@ -48,37 +52,46 @@ class Faces:
 
 
 def from_vertices(points: Array) -> Faces:
-    """Faces of the hull of points (m, 3); any of them may be equal, collinear or coplanar."""
+    """Faces of the hull of points (m, 3); any of them may be equal, collinear or coplanar.
+
+    Coordinates up to 1.
+    """
     grid, exponent = on_grid(points)
-    rows = [(x, y, z, 1) for x, y, z in grid]
+    rows: list[Whole] = [(x, y, z, 1) for x, y, z in grid]
+    near = np.concatenate([points, np.ones((len(points), 1))], axis=1)
+    rays = proposed_rays(rows, near, upwards=False)
+    if rays is not None:
+        return _of_points(rows, _touching(rays), dict(enumerate(ray for ray, _ in rays)), [], exponent)
     cone = Cone()
     for i in _in_good_order(points):
         cone.take_in(i, rows[i])
-    dimension = 3 - len(cone.lines)
+    return _of_points(rows, cone.touching, cone.rays, [line[:3] for line in cone.lines], exponent)
+
+
+def _of_points(
+    rows: list[Whole], touching: Touching, rays: dict[int, Whole], normals: list[Normal], exponent: int
+) -> Faces:
+    """Faces from the rays, which are planes, and from the points that each of them touches."""
+    dimension = 3 - len(normals)
     if dimension == 0:
         return Faces([rows[0]], [], [], 0, [(1, 0, 0), (0, 1, 0), (0, 0, 1)], exponent, [], [0])
-    kept = _essential(cone.touching, dimension)
-    place = {name: i for i, name in enumerate(kept)}
-    rays = sorted(cone.rays)
-    incidence = [sorted(place[name] for name in cone.active[ray] if name in place) for ray in rays]
-    normals = [line[:3] for line in cone.lines]
-    return Faces(
-        [rows[i] for i in kept], [cone.rays[r] for r in rays], incidence, dimension, normals, exponent, [], kept
-    )
+    kept = _essential(touching, dimension)
+    names, incidence = _in_order({ray: [i for i, name in enumerate(kept) if ray in touching[name]] for ray in rays})
+    return Faces([rows[i] for i in kept], [rays[r] for r in names], incidence, dimension, normals, exponent, [], kept)
 
 
 def from_planes(planes: Array) -> Faces:
-    """Faces of the set normal·x + k ≤ 0 for every plane (normal, k); shape (f, 4).
+    """Faces of the set normal·x + k ≤ 0 for every plane (normal, k); shape (f, 4), numbers up to 1.
 
     Raises
     ------
     ShapeError
         When the set is empty, or unbounded, and then along which direction.
     """
-    rows: list[Whole] = []
-    for plane in planes:
-        ((x, y, z, k),), _ = on_grid(plane[None])
-        rows.append((x, y, z, k))
+    rows: list[Whole] = [(x, y, z, k) for x, y, z, k in rows_on_grid(planes)]
+    proposed = proposed_rays(rows, planes, upwards=True)
+    if proposed is not None:
+        return _of_rays(rows, _touching(proposed), dict(enumerate(ray for ray, _ in proposed)))
     cone = Cone()
     cone.take_in(AT_INFINITY, (0, 0, 0, -1))
     for i, row in enumerate(rows):
@@ -89,27 +102,56 @@ def from_planes(planes: Array) -> Faces:
     if endless:
         size = max(abs(n) for n in endless[0])
         raise ShapeError(f"the set is unbounded along {tuple(n / size for n in endless[0][:3])}")
-    everywhere = set(cone.rays)
-    implied = [rows[i][:3] for i in range(len(rows)) if cone.touching[i] == everywhere]
+    return _of_rays(rows, cone.touching, cone.rays)
+
+
+def _of_rays(rows: list[Whole], touching: Touching, rays: dict[int, Whole]) -> Faces:
+    """Faces from the rays, which are corners, and from those that touch each plane."""
+    everywhere = set(rays)
+    proper = {i: touching[i] for i in range(len(rows)) if i in touching and touching[i] != everywhere}
+    implied = [rows[i][:3] for i in range(len(rows)) if i in touching and touching[i] == everywhere]
     normals = _independent(implied)
-    dimension = 3 - len(normals)
-    proper = {i: cone.touching[i] for i in range(len(rows)) if cone.touching[i] != everywhere}
-    kept = _essential(proper, dimension)
-    rays = sorted(cone.rays)
-    place = {ray: i for i, ray in enumerate(rays)}
-    incidence = [sorted(place[ray] for ray in cone.touching[i]) for i in kept]
-    corners = [cone.rays[r] for r in rays]
-    return Faces(corners, [rows[i] for i in kept], incidence, dimension, normals, 0, kept, [])
+    kept = _essential(proper, 3 - len(normals))
+    names, on_faces = _in_order({ray: [i for i, name in enumerate(kept) if ray in touching[name]] for ray in rays})
+    incidence = [[corner for corner, faces in enumerate(on_faces) if face in faces] for face in range(len(kept))]
+    corners = [rays[r] for r in names]
+    return Faces(corners, [rows[i] for i in kept], incidence, 3 - len(normals), normals, 0, kept, [])
+
+
+def _touching(rays: list[Ray]) -> Touching:
+    """For each row the numbers of the rays that lie on it."""
+    found: Touching = {}
+    for number, (_, triple) in enumerate(rays):
+        for name in triple:
+            found.setdefault(name, set()).add(number)
+    return found
+
+
+def _in_order(lists: dict[int, list[int]]) -> tuple[list[int], list[list[int]]]:
+    """Names and their lists, by the lists: the same order, whichever method has found them."""
+    names = sorted(lists, key=lambda name: lists[name])
+    return names, [lists[name] for name in names]
 
 
 def on_grid(numbers: Array) -> tuple[list[list[int]], int]:
     """Whole numbers and the exponent e such that the doubles (n, w) are whole · 2^e."""
     mantissa, exponent = np.frexp(numbers)
-    whole = np.ldexp(mantissa, 53).astype(np.int64).tolist()
     present = mantissa != 0
     least = int(np.min(exponent[present])) if np.any(present) else 0
-    shifts = np.where(present, exponent - least, 0).tolist()
-    return [[w << s for w, s in zip(*row, strict=True)] for row in zip(whole, shifts, strict=True)], least - 53
+    return _shifted_left(mantissa, np.where(present, exponent - least, 0)), least - 53
+
+
+def rows_on_grid(numbers: Array) -> list[list[int]]:
+    """Whole numbers in the ratios of each row of doubles (n, w)."""
+    mantissa, exponent = np.frexp(numbers)
+    present = mantissa != 0
+    least = np.min(np.where(present, exponent, np.iinfo(np.int32).max), axis=1)
+    return _shifted_left(mantissa, np.where(present, exponent - least[:, None], 0))
+
+
+def _shifted_left(mantissa: Array, shifts: Any) -> list[list[int]]:
+    whole = np.ldexp(mantissa, 53).astype(np.int64).tolist()
+    return [[w << s for w, s in zip(*row, strict=True)] for row in zip(whole, shifts.tolist(), strict=True)]
 
 
 def _in_good_order(points: Array) -> list[int]:

@@ -25,8 +25,8 @@ from refimpl.shapes.polytopes import USUAL_DIRECTIONS
 from refimpl.signs import Indices
 
 AROUND = USUAL_DIRECTIONS[26] / norm(USUAL_DIRECTIONS[26])[:, None]
-TRIED = 4  # directions that are tried because the convex hulls part soonest along them
-MOST = 6  # contacts whose normals are tried
+TRIED = 8  # directions that are tried because the convex hulls part soonest along them
+MOST = 12  # contacts whose normals are tried
 LOOKS = 32  # how often a search for a way out answers about as many pairs as overlap
 FIRST = 16  # pairs that are answered first, the most promising ones
 

@@ -206,7 +206,8 @@ def _chunks(x: P, y: Proxy) -> Iterator[tuple[P, Proxy, Array]]:
     """
     rows = len(x)
     if isinstance(x, UNIONS) or isinstance(y, UNIONS):
-        yield x, y, np.zeros(rows, dtype=np.intp)
+        still = np.zeros(rows, dtype=np.intp)
+        yield (x.times_power(still) if isinstance(x, Ray) else x), y, still
         return
     pieces = max(-(-rows // CHUNK), 1)
     ends = [rows * i // pieces for i in range(pieces + 1)]

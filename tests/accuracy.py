@@ -1,4 +1,4 @@
-"""Print the worst errors of the reference, pair by pair: ``python -m tests.accuracy [scenes] [seed] [--write] [types]``.
+"""Print the worst errors of the reference: ``python -m tests.accuracy [scenes] [seed] [--write] [types or pairs]``.
 
 Each distance is held against 50 digits (`tests.truth`) and against its proven interval, over every regime, relative to
 the scene's largest coordinate, extent or distance; rays by how far the hit point is from the surface. `--write` keeps

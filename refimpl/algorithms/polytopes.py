@@ -20,7 +20,7 @@ from refimpl.hulls import Hull, hull_of_box
 from refimpl.kernels.polytopes import FACE, FIRST, GRID
 from refimpl.kernels.polytopes_nearest import ROOM
 from refimpl.kernels.polytopes_pair import FEATURES
-from refimpl.linear import Array, apply, apply_inverse, dot, rotation_matrix, unit_or
+from refimpl.linear import Array, apply, apply_inverse, dot, norm, rotation_matrix, unit_or
 from refimpl.results import Separation
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Point, Proxy, Sphere
 
@@ -70,7 +70,9 @@ def geometry_rows(hulls: Hull) -> tuple[Array, Array]:
     offsets = np.max(dot(inner[:, None, :, :], normals[:, :, None, :]), axis=-1)
     faces = np.concatenate([normals, offsets[..., None], np.zeros((*offsets.shape, FACE - 4))], axis=-1)
     start, end = (np.take_along_axis(inner, np.repeat(edges[..., i, None], 3, axis=2), axis=1) for i in (0, 1))
-    links = np.concatenate([edges, unit_or(end - start, STILL[0])[0]], axis=-1)
+    sides = (np.take_along_axis(normals, np.repeat(edges[..., i, None], 3, axis=2), axis=1) for i in (2, 3))
+    chords = norm(next(sides) - next(sides))[..., None]
+    links = np.concatenate([edges, unit_or(end - start, STILL[0])[0], chords], axis=-1)
     parts = [inner, faces, links]
     counts = np.stack([_different(hulls.vertices), _different(hulls.planes), _different(edges)], axis=1)
     centre = np.cumsum(inner, axis=1)[:, -1] / inner.shape[1]  # one by one: the same bits in any batch
@@ -142,7 +144,7 @@ def _segments(p: Array, q: Array) -> Array:
     """Rows of segments: two vertices, and an edge without faces."""
     sizes = np.broadcast_to(np.array([2.0, 0, 1, 0, 0, 0, FIRST + 6, FIRST + 6, 0]), (len(p), FIRST))
     link = np.broadcast_to(np.array([0.0, 1, -1, -1]), (len(p), 4))
-    return np.concatenate([sizes, p, q, link, unit_or(q - p, STILL[0])[0]], axis=1)
+    return np.concatenate([sizes, p, q, link, unit_or(q - p, STILL[0])[0], np.zeros((len(p), 1))], axis=1)
 
 
 def _template() -> tuple[Array, Indices, Indices]:

@@ -17,6 +17,7 @@ import math
 from . import kernel
 from .polytopes import (
     CENTRE,
+    CHORD,
     DIRECTORY,
     EDGE,
     FACE,
@@ -41,6 +42,9 @@ from .vectors import Vector, along, cross, dot, minus, opposite, perpendicular, 
 
 CLEARLY = 2.0**-44
 """A product of two cosines beyond this is not made of rounding."""
+ROUNDING = 2.0**-51
+"""Lengths that differ by no more than this, relative to the coordinates, are equal up to rounding."""
+ROOT_3 = 1.7320508075688774
 NOWHERE = (0.0, 0.0, 0.0)
 LISTED = 4
 """An edge in a list: where it starts in its geometry, and its direction."""
@@ -109,10 +113,20 @@ def _promise(geometry: Row, at: int, body: Row, other: Row) -> float:
 
 
 @kernel
-def promising_edges(geometry: Row, pose: Row, body: Row, other: Row, gap: float, found: Scratch) -> int:
-    """List the edges over whose arcs the gap may exceed `gap`; gives how many."""
-    start, count = first_edge(geometry), 0
+def promising_edges(geometry: Row, pose: Row, body: Row, other: Row, gap: float, span: float, found: Scratch) -> int:
+    """List the edges over whose arcs the gap may exceed `gap`; gives how many.
+
+    No two points of the two polytopes are farther apart than `span`. So the gap grows by less than that times the
+    turn from either end of an arc, which dismisses most edges of a large polytope.
+    """
+    start, faces, count = first_edge(geometry), first_face(body), 0
     for at in range(start, start + EDGE * int(geometry[N_EDGES]), EDGE):
+        if geometry[at + LEFT] >= 0.0:
+            left, right = int(geometry[at + LEFT]), int(geometry[at + RIGHT])
+            ends = body[faces + FACE * left + GAP] + body[faces + FACE * right + GAP]
+            most = ends + span * geometry[at + CHORD]
+            if most <= 2.0 * gap and most <= 0.0:
+                continue
         if _promise(geometry, at, body, other) > gap:
             to = LISTED * count
             found[to] = at
@@ -180,7 +194,7 @@ def widest_axis(
     b: Scratch,
     best: Vector,
     gap: float,
-    blur: float,
+    size: float,
     listed_a: Scratch,
     listed_b: Scratch,
 ) -> tuple[Vector, float]:
@@ -192,19 +206,20 @@ def widest_axis(
         The polytopes, and as they are placed, vertices and faces.
     best, gap
         A direction that is known already.
-    blur
-        A length that counts as rounding: where less is at stake, a direction is tried rather than dismissed.
+    size
+        Largest coordinate of the placed polytopes.
     listed_a, listed_b
         Room for `LISTED` numbers for each edge of either.
     """
+    blur, span = ROUNDING * size, 2.0 * ROOT_3 * size
     face, wider = widest_face(a, b, geometry_b, pose_b, gap)
     if face >= 0:
         best, gap = three(a, face), wider
     face, wider = widest_face(b, a, geometry_a, pose_a, gap)
     if face >= 0:
         best, gap = opposite(three(b, face)), wider
-    count_b = promising_edges(geometry_b, pose_b, b, a, gap, listed_b)
-    count_a = promising_edges(geometry_a, pose_a, a, b, gap, listed_a) if count_b > 0 else 0
+    count_b = promising_edges(geometry_b, pose_b, b, a, gap, span, listed_b)
+    count_a = promising_edges(geometry_a, pose_a, a, b, gap, span, listed_a) if count_b > 0 else 0
     for i in range(0, LISTED * count_a, LISTED):
         at, e = int(listed_a[i]), three(listed_a, i + 1)
         p = vertex(a, int(geometry_a[at]))

@@ -10,10 +10,10 @@ import math
 from collections.abc import Sequence
 
 from . import kernel
-from .axes import crossed, three
+from .axes import ROUNDING, crossed, three
 from .polytopes import CENTRE, FIRST, N_VERTICES, Row, Scratch
 from .polytopes_nearest import APART, nearest, on_first, on_second
-from .polytopes_pair import HERE, ROUNDING, Answer, across_features, touching_points, write
+from .polytopes_pair import HERE, Answer, across_features, touching_points, write
 from .vectors import Vector, cross, dot, length, minus, opposite, perpendicular, plus, times, unit_or
 
 SEGMENT, ALIGNED, TURNED = 0, 1, 2

@@ -3,7 +3,7 @@
 A polytope's own geometry is a row::
 
     [vertices, faces, edges, centre (3), where the faces start, where the edges start, where the directory starts,
-     vertices (3 each), faces (6 each), edges (7 each), directory]
+     vertices (3 each), faces (6 each), edges (8 each), directory]
 
 centre
     Some point of the polytope.
@@ -13,7 +13,8 @@ face
     Outward unit normal, its offset (the support function along it), and two places for the separating axes: a
     vertex of *another* polytope that lies far against the normal, and the gap that it leaves.
 edge
-    Its two vertices, the two faces at it (−1 twice for a lone segment), and its unit direction.
+    Its two vertices, the two faces at it (−1 twice for a lone segment), its unit direction, and how far the faces'
+    normals are apart.
 directory
     Of a polytope with many vertices: the vertex farthest along each of the directions through the cells of a
     grid on the six sides of a cube. Others have none, and start it at 0.
@@ -32,9 +33,9 @@ from . import kernel
 from .vectors import Vector
 
 N_VERTICES, N_FACES, N_EDGES, CENTRE, FACES, EDGES, DIRECTORY, FIRST = 0, 1, 2, 3, 6, 7, 8, 9
-FACE, EDGE, GRID = 6, 7, 8
+FACE, EDGE, GRID = 6, 8, 8
 OFFSET, SEEN, GAP = 3, 4, 5
-LEFT, RIGHT, DIRECTION = 2, 3, 4
+LEFT, RIGHT, DIRECTION, CHORD = 2, 3, 4, 7
 FACTOR = 12
 """Where a pose keeps its factor."""
 

@@ -12,13 +12,10 @@ import math
 from collections.abc import Sequence
 
 from . import kernel
-from .axes import crossed, some_axis, three, widest_axis
+from .axes import ROUNDING, crossed, some_axis, three, widest_axis
 from .polytopes import CENTRE, Row, Scratch, gap_along, place_faces, place_vertices, reach, vertex
 from .polytopes_nearest import APART, ENTRY, MEETING, nearest, on_first, on_second
 from .vectors import Vector, dot, minus, opposite, plus, times, unit_or, without
-
-ROUNDING = 2.0**-51
-"""Two bounds this near to each other, relative to the coordinates, are equal up to rounding."""
 
 FEATURES = 36
 """Room for the directions of all edges of a simplex."""
@@ -104,7 +101,8 @@ def separation(
     offset = (pose_b[0] - pose_a[0], pose_b[1] - pose_a[1], pose_b[2] - pose_a[2])
     place_vertices(geometry_a, pose_a, HERE, a)
     place_vertices(geometry_b, pose_b, offset, b)
-    blur = ROUNDING * max(reach(a), reach(b))
+    size = max(reach(a), reach(b))
+    blur = ROUNDING * size
     start = minus(three(b, CENTRE), three(a, CENTRE))
     status, k, w, upper = nearest(a, b, HERE, start, blur / 2, s)
     if status == APART:
@@ -118,7 +116,7 @@ def separation(
         if gap == -math.inf:
             best = some_axis(geometry_a, pose_a, geometry_b, pose_b)
             gap = gap_along(a, b, best)
-        best, gap = widest_axis(geometry_a, pose_a, geometry_b, pose_b, a, b, best, gap, blur, listed_a, listed_b)
+        best, gap = widest_axis(geometry_a, pose_a, geometry_b, pose_b, a, b, best, gap, size, listed_a, listed_b)
     x, y = touching_points(a, b, gap, best, blur / 2, s)
     return gap, best, x, y
 

@@ -7,6 +7,7 @@ max over its points of p·n, plus √(n·M n), plus radius·‖n‖, with M = 0 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -97,22 +98,10 @@ class Body:
 
 def body_of(shape: Proxy) -> Body:
     """The body that the stored doubles of a single proxy mean, exactly."""
-    match shape:
-        case Point():
-            return Body((vector(shape.position),))
-        case Sphere():
-            return Body((vector(shape.center),), radius=number(shape.radius))
-        case Capsule():
-            return _segment(vector(shape.p), vector(shape.q), number(shape.radius))
-        case AABB() | Box():
-            return _parallelepiped(*frame(shape))
-        case Ellipsoid():
-            return _ellipsoid(shape)
-        case Cylinder():
-            return _cylinder(vector(shape.p), vector(shape.q), number(shape.radius))
-        case KDOP() | ConvexPolyhedron():
-            return _polytope(hull_of(shape))
-    raise TypeError(f"no body for {type(shape).__name__}")
+    make = BODIES.get(type(shape))
+    if make is None:
+        raise TypeError(f"no body for {type(shape).__name__}")
+    return make(shape)
 
 
 def frame(shape: AABB | Box) -> tuple[Vector, list[tuple[Vector, Fraction]]]:
@@ -216,3 +205,16 @@ def _placed(hull: Hull, position: Any, rotation: Any) -> Hull:
         normal = turned((n[0], n[1], n[2]))
         planes.append((*normal, k - dot(normal, place)))
     return Hull(tuple(plus(turned(c), place) for c in hull.corners), hull.edges, tuple(planes))
+
+
+BODIES: dict[type[Proxy], Callable[[Any], Body]] = {
+    Point: lambda x: Body((vector(x.position),)),
+    Sphere: lambda s: Body((vector(s.center),), radius=number(s.radius)),
+    Capsule: lambda c: _segment(vector(c.p), vector(c.q), number(c.radius)),
+    AABB: lambda b: _parallelepiped(*frame(b)),
+    Box: lambda b: _parallelepiped(*frame(b)),
+    Ellipsoid: _ellipsoid,
+    Cylinder: lambda c: _cylinder(vector(c.p), vector(c.q), number(c.radius)),
+    KDOP: lambda d: _polytope(hull_of(d)),
+    ConvexPolyhedron: lambda c: _polytope(hull_of(c)),
+}

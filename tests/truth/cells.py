@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from tests.truth.bodies import Body
-from tests.truth.rationals import Vector, across, cross, in_floats, minus, opposite, perpendicular, primitive, whole
+from tests.truth.rationals import Vector, cross, in_floats, minus, opposite
 
 Floats = Any
 
@@ -43,34 +43,6 @@ def fixed_directions(a: Body, b: Body) -> Iterator[Vector]:
     yield from (*a.normals, *b.normals, *a.tips, *b.tips)
     for (e, _), (f, _) in product(a.edges, b.edges):
         yield cross(e, f)
-
-
-def straight_directions(a: Body, b: Body) -> list[tuple[int, ...]]:
-    """Every critical direction of two polytopes, as integers; one of ±n each."""
-    corners, _ = whole([*a.points, *b.points])
-    of_a, of_b = corners[: len(a.points)], corners[len(a.points) :]
-    edges_a, edges_b = (_edges(body) for body in (a, b))
-    place = dict(zip((*a.points, *b.points), corners, strict=True))
-    found = [n for body in (a, b) for n in _primitives(body.normals)]
-    found += [cross(e, f) for (e, _), (f, _) in product(edges_a, edges_b)]
-    found += [minus(p, q) for p, q in product(of_a, of_b)]
-    for edges, others in ((edges_a, of_b), (edges_b, of_a)):
-        for (e, p), q in product(edges, others):
-            foot = across(e, minus(place[p], q))
-            found.append(foot if any(foot) else perpendicular(e))
-    return [n for n in dict.fromkeys(map(_either, found)) if any(n)]
-
-
-def _edges(body: Body) -> list[tuple[Vector, Vector]]:
-    return [(d, p) for d, (_, p) in zip(_primitives(e for e, _ in body.edges), body.edges, strict=True)]
-
-
-def _primitives(vectors: Any) -> list[Any]:
-    return [primitive(whole([v])[0][0]) for v in vectors]
-
-
-def _either(n: tuple[int, ...]) -> tuple[int, ...]:
-    return n if n > (0, 0, 0) else (-n[0], -n[1], -n[2])
 
 
 @dataclass(frozen=True)

@@ -183,6 +183,6 @@ def _from_flat_limits(search: Search, pieces: list[Cell], w: Floats, bases: Floa
 def _lowest_of_each(heights: Floats, most: int = 3) -> Floats:
     """Rows (cell, odds, branch) of the lowest local minima of every cell and branch; the others are infinite."""
     order = np.argsort(heights, axis=1, kind="stable")[:, :most]
-    cell, rank, branch = np.indices(order.shape)
+    cell, _, branch = np.indices(order.shape)
     rows = np.stack([cell, order, branch], axis=-1).reshape(-1, 3)
     return rows[np.isfinite(heights[tuple(rows.T)])]

@@ -58,35 +58,47 @@ def ray_interval(ray: Ray, b: Proxy) -> tuple[mpf, mpf] | None:
 def _stays(origin: Vector, d: Vector, b: Proxy) -> list[Interval]:
     """Times of the pieces of a solid, whose hull is the time in the whole."""
     match b:
-        case HalfSpace():
-            n = vector(b.normal)
-            return [_at_most_0(0, dot(n, d) / 2, dot(n, origin) + number(b.k), FOREVER)]
-        case Sphere():
-            return [_ray_in_ball(minus(origin, vector(b.center)), d, number(b.radius))]
         case Capsule():
             return _ray_in_capsule(origin, d, b)
-        case AABB() | Box():
-            center, half_axes = frame(b)
-            return [_ray_in_slabs(minus(origin, center), d, half_axes)]
+        case Sphere():
+            return [_ray_in_ball(minus(origin, vector(b.center)), d, number(b.radius))]
         case Ellipsoid():
-            axes = [rotated(b.rotation, e) for e in UNIT_VECTORS]
-            shrunk = [scaled(1 / number(r), axis) for r, axis in zip(b.radii, axes, strict=True)]
-            x = minus(origin, vector(b.center))
-            y, way = (tuple(dot(g, v) for g in shrunk) for v in (x, d))
-            return [_ray_in_ball(y, way, Fraction(1))]  # type: ignore[arg-type]
+            return [_ray_in_ellipsoid(origin, d, b)]
         case Cylinder():
             p, q = vector(b.p), vector(b.q)
             half = scaled(Fraction(1, 2), minus(q, p))
             return [_ray_in_cylinder(minus(origin, plus(p, half)), d, half, number(b.radius))]
+    return [_ray_below(origin, d, _planes(b))]
+
+
+def _planes(b: Proxy) -> list[tuple[Vector, Fraction]]:
+    """Planes (n, k) of a polytope or half-space: n·x + k ≤ 0."""
+    match b:
+        case HalfSpace():
+            return [(vector(b.normal), number(b.k))]
+        case AABB() | Box():
+            center, half_axes = frame(b)
+            both = [(n, h) for axis, h in half_axes for n in (axis, scaled(-1, axis))]
+            return [(n, -h - dot(n, center)) for n, h in both]
         case KDOP() | ConvexPolyhedron():
-            times: Interval = FOREVER
-            for *n, k in hull_of(b).planes:
-                if times is not None:
-                    times = _at_most_0(
-                        0, dot((n[0], n[1], n[2]), d) / Fraction(2), dot((n[0], n[1], n[2]), origin) + k, times
-                    )
-            return [times]
+            return [((x, y, z), k) for x, y, z, k in hull_of(b).planes]
     raise TypeError(f"no true ray times for {type(b).__name__}")
+
+
+def _ray_below(origin: Vector, d: Vector, planes: Iterable[tuple[Vector, Fraction]]) -> Interval:
+    times: Interval = FOREVER
+    for n, k in planes:
+        if times is not None:
+            times = _at_most_0(0, Fraction(dot(n, d)) / 2, dot(n, origin) + k, times)
+    return times
+
+
+def _ray_in_ellipsoid(origin: Vector, d: Vector, b: Ellipsoid) -> Interval:
+    """The stay in the unit ball of the frame in which the radii are 1."""
+    axes = [scaled(1 / number(r), rotated(b.rotation, e)) for r, e in zip(b.radii, UNIT_VECTORS, strict=True)]
+    x = minus(origin, vector(b.center))
+    y, way = (tuple(dot(g, v) for g in axes) for v in (x, d))
+    return _ray_in_ball(y, way, Fraction(1))  # type: ignore[arg-type]
 
 
 def _ray_in_capsule(origin: Vector, d: Vector, capsule: Capsule) -> list[Interval]:
@@ -102,7 +114,7 @@ def _ray_in_capsule(origin: Vector, d: Vector, capsule: Capsule) -> list[Interva
 
 def _ray_in_cylinder(x: Vector, d: Vector, g: Vector, radius: Fraction) -> Interval:
     """Stay within `radius` of the axis g through 0, and between the planes through ±g."""
-    between = _ray_in_slabs(x, d, [(g, dot(g, g))])
+    between = _ray_below(x, d, [(g, -dot(g, g)), (scaled(-1, g), -dot(g, g))])
     if between is None:
         return None
     p, v = cross(g, x), cross(g, d)  # of length ‖g‖ times the distance from the axis
@@ -111,16 +123,6 @@ def _ray_in_cylinder(x: Vector, d: Vector, g: Vector, radius: Fraction) -> Inter
 
 def _ray_in_ball(x: Vector, d: Vector, radius: Fraction) -> Interval:
     return _at_most_0(dot(d, d), dot(d, x), dot(x, x) - radius**2, FOREVER)
-
-
-def _ray_in_slabs(x: Vector, d: Vector, slabs: Iterable[tuple[Vector, Fraction]]) -> Interval:
-    """Times at which |n·(x + t d)| ≤ size for every slab (n, size)."""
-    times: Interval = FOREVER
-    for n, size in slabs:
-        for sign in (-1, 1):
-            if times is not None:
-                times = _at_most_0(0, sign * dot(n, d) / 2, sign * dot(n, x) - size, times)
-    return times
 
 
 def _at_most_0(a: Any, b: Any, c: Any, times: tuple[Any, Any]) -> Interval:
