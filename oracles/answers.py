@@ -12,8 +12,9 @@ from refimpl import Proxy, distance, raycast
 
 
 def take(answers: Answers, rows: Any) -> Answers:
-    """Answers of the given rows, in their order."""
+    """Answers of the given rows, in their order, or of those that are True."""
     rows = np.asarray(rows)
+    rows = np.flatnonzero(rows) if rows.dtype == bool else rows
     columns = {name: getattr(answers, name)[rows] for name in COLUMNS}
     errors = {new: answers.errors[int(old)] for new, old in enumerate(rows) if int(old) in answers.errors}
     return Answers(status=answers.status[rows], **columns, errors=errors)

@@ -17,7 +17,7 @@ from oracles.answers import take
 from oracles.engine import Answers, Convention
 from oracles.reference import UNIONS, error_of, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
-from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray
+from refimpl import KDOP, Box, Capsule, Cylinder, HalfSpace, Point, Proxy, Ray
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
 
 NOT_A_NUMBER = "not a number"
@@ -40,6 +40,8 @@ TILTED = "ray normal does not point outward"
 
 WRONG_BOOLEANS = (MISSED, FALSE, RAY_MISSED, RAY_FALSE)
 VALUE, WITNESS, BOOL = "value", "witness", "boolean"
+FRAGILE = (Cylinder, KDOP)
+"""Types that rounding a move may turn or bend: thin discs, slabs that nearly are parallel. The other shape is moved."""
 OTHER_DEPTHS = {Convention.DEPTH_OF_ITS_NORMAL, Convention.OF_ONE_TRIANGLE}
 """Conventions by which the depth of a contact need not be that of the pair."""
 
@@ -214,22 +216,22 @@ class Questioned:
             yield from self._contact_point_claims(finite)
 
     def _normal_claim(self, made: Bools, margin: Array) -> Iterator[Claim]:
-        """Moving B back along the normal by the signed distance makes the two touch.
+        """Moving B back along the normal by the signed distance, or A forth, makes the two touch.
 
         Of unions that overlap, the depth is that of a piece, so that other pieces may still overlap.
         """
         move = np.where(made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0)
         made = made & (np.abs(move).max(axis=-1) < 1e150)
-        moved = self.b.translated(np.where(made[:, None], move, 0.0))
-        zero = self._nothing
+        zero, move = self._nothing, np.where(made[:, None], move, 0.0)
+        first_moves = isinstance(self.b, FRAGILE) and not isinstance(self.a, FRAGILE)
+        x, y = (self.a.translated(-move), self.b) if first_moves else (self.a, self.b.translated(move))
         low = np.where(self.of_union & (self.answers.distance < 0), -np.inf, zero)
-        rounding = ROUNDING * (np.maximum(moved.magnitude, self.b.magnitude) + np.abs(move).max(axis=-1))
-        rounding = np.where(made, rounding, 0.0)
+        before, after = (self.a, x) if first_moves else (self.b, y)
+        rounding = ROUNDING * (np.maximum(after.magnitude, before.magnitude) + np.abs(move).max(axis=-1))
+        rounding = np.where(made, rounding * _leverage(after), 0.0)
         waived = self.query == CONTACTS and Convention.OF_ONE_TRIANGLE in self.waived
         words = STUCK, OVERSHOT
-        yield self._claim(
-            self.a, moved, (low, zero), words, VALUE, made, margin, rounding=rounding, by_convention=waived
-        )
+        yield self._claim(x, y, (low, zero), words, VALUE, made, margin, rounding=rounding, by_convention=waived)
 
     def _unit_claim(self, made: Bools) -> Claim:
         """A normal has unit length, to single precision."""
@@ -306,6 +308,13 @@ class Questioned:
             beyond = _cube_on(point, outward, np.maximum(ray.magnitude, self.b.magnitude))
         yield self._claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin, rounding=rounding)
         yield self._unit_claim(hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1))
+
+
+def _leverage(shape: Proxy) -> Array | float:
+    """By how much the rounding of a move grows: rounding the ends of a flat disc's axis turns the disc."""
+    if isinstance(shape, Cylinder):
+        return 1.0 + shape.radius / norm(shape.q - shape.p)
+    return 1.0
 
 
 def _rounding(u: Array, v: Array) -> Array:

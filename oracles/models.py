@@ -26,6 +26,7 @@ HULL, SOLID, COMPOSITE = FORMS = ("hull", "solid", "composite")
 MOST_VERTICES, MOST_FACES, MOST_PARTS = 600, 1000, 64
 """Sizes beyond which a hull, a solid, a composite are refused: one scene of them would take the time of hundreds."""
 MOST_CONCAVE = 64
+"""Concave edges beyond which a solid is refused: it has about as many convex pieces, and overlaps test all pairs."""
 MOST_CHECKED = 5000
 """Faces up to which a mesh that is too large is still searched for defects."""
 LONGEST_LABEL = 60
@@ -173,7 +174,7 @@ def _solid(pieces: Sequence[Piece]) -> Proxy:
 
 
 def concave_edges(solid: Polyhedron) -> int:
-    """Edges whose two faces make less than a half turn outside; a solid has about as many convex pieces. Exact."""
+    """Number of edges along which a solid's faces fold towards each other, decided exactly."""
     edges, faces = directed_edges(solid.triangles)
     opposite = np.concatenate([solid.triangles[:, 2], solid.triangles[:, 0], solid.triangles[:, 1]])
     there, back = np.lexsort(edges.T), np.lexsort(edges.T[::-1])  # each edge is run through both ways, once
@@ -186,6 +187,8 @@ def concave_edges(solid: Polyhedron) -> int:
 def _composite(pieces: Sequence[Piece]) -> Proxy:
     if len(pieces) > MOST_PARTS:
         raise ModelError(f"is too large: {len(pieces)} parts, at most {MOST_PARTS}")
+    if len(pieces) < 2:
+        raise ModelError("is one piece, so as a composite it is nothing new")
     parts: list[Proxy] = []
     for number, piece in enumerate(pieces):
         if isinstance(piece, Proxy):

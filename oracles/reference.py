@@ -12,7 +12,7 @@ import numpy as np
 
 from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, distance
 from refimpl.linear import Array, Bools
-from refimpl.overlaps import apart_or_overlapping
+from refimpl.overlaps import resolve
 from refimpl.pairs import ITERATIVE, TABLE, Rule
 from refimpl.proof import Certificate, certify, check
 from refimpl.proof.checker import Bound
@@ -84,9 +84,9 @@ def _asked(x: Proxy, y: Proxy) -> tuple[Array, Array]:
     if not (isinstance(x, UNIONS) or isinstance(y, UNIONS)):
         found = distance(x, y)
         return found.distance, found.distance
-    each = [apart_or_overlapping(x[i], y[i]) for i in range(len(x))]
-    least = np.array([float(one.separation.distance) for one in each])
-    return least, np.where(least < 0, [-one.lower for one in each], least)
+    known = resolve(x, y)
+    least = known.separation.distance
+    return least, np.where(least < 0, -known.lower, least)
 
 
 def proven(x: Proxy, y: Proxy) -> tuple[Certificate, tuple[Bound, Bound]]:

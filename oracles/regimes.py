@@ -13,9 +13,9 @@ import numpy as np
 
 from oracles.bodies import IDENTITY, random_body, round_body
 from oracles.draws import Draws, log_uniform
-from oracles.reference import UNIONS
 from oracles.library import current
 from oracles.placed import placed_pair
+from oracles.reference import UNIONS
 from refimpl import Capsule, HalfSpace, Proxy, Ray, distance
 from refimpl.linear import Array, Bools, dot, norm, quaternion_product, scale
 from refimpl.shapes import KDOP, ConvexPolyhedron, Polyhedron

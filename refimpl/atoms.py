@@ -8,20 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from hashlib import blake2b
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from refimpl.bounds import aabb
 from refimpl.boxtree import BoxTree, gaps, near_pairs
-from refimpl.derived import of_hulls
+from refimpl.derived import Derived
 from refimpl.hulls import Hull
 from refimpl.linear import Array, apply_inverse, rotation_matrix
 from refimpl.proxy import Proxy
 from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, HalfSpace, Point, Polyhedron
 from refimpl.signs import Indices
-from refimpl.solids import Solid, face_hulls, filled, piece_hulls
+from refimpl.solids import Solid, face_hulls, piece_hulls
 
 STILL = np.eye(3)
 FEW = 64  # so many pairs are not worth a tree
@@ -83,17 +85,18 @@ def groups(parts: Sequence[Proxy], surfaces: bool = False) -> list[Group]:
             found += [_posed(part, atoms, number) for atoms in batches]
             number += len(part.triangles) if surfaces else len(part.pieces)
         else:
-            form = (
-                type(part),
-                *(size if i == 0 and part.header > 1 else _class(size) for i, size in enumerate(part.sizes)),
-            )
-            alike.setdefault(form, []).append((number, part))
+            alike.setdefault(_form(part), []).append((number, part))
             number += 1
     for same in alike.values():
         proxies = stacked([part for _, part in same])
         tree = None if isinstance(proxies, HalfSpace) else _tree(proxies)
         found.append(Group(proxies, np.array([n for n, _ in same]), tree, STILL, np.zeros(3)))
     return found
+
+
+def _form(part: Proxy) -> tuple[type[Proxy], str]:
+    """What proxies have in common that can be in one batch."""
+    return type(part), part.given if isinstance(part, ConvexPolyhedron) else ""
 
 
 def _tree(proxies: Proxy) -> BoxTree:
@@ -113,31 +116,81 @@ def _posed(part: Polyhedron, atoms: Atoms, number: int) -> Group:
 
 def stacked(parts: Sequence[Any]) -> Any:
     """Single proxies of one type as a batch; those of fewer planes or vertices than others repeat their last."""
+    return parts[0].broadcast_to((1,)) if len(parts) == 1 else side_by_side([part.broadcast_to((1,)) for part in parts])
+
+
+def side_by_side(parts: Sequence[Any]) -> Any:
+    """Batches of one type, one after the other; what has fewer planes or vertices than others repeats its last."""
     if len(parts) == 1:
-        return parts[0].broadcast_to((1,))
-    columns = zip(*(part._columns() for part in parts), strict=True)
-    sized = parts[0].header > 0
-    made = parts[0]._trusted(
-        *(
-            filled([value for value, _ in column])
-            if sized and i < SIZED[type(parts[0])]
-            else np.stack([value for value, _ in column])
-            for i, column in enumerate(columns)
-        )
-    )
+        return parts[0]
+    columns = [[value for value, _ in column] for column in zip(*(part._columns() for part in parts), strict=True)]
+    sized = SIZED.get(type(parts[0]), 0)
+    made = parts[0]._trusted(*(_after(column, i < sized) for i, column in enumerate(columns)))
     if sized:
-        object.__setattr__(made, "_derived", of_hulls(_together([part.hull for part in parts])))
+        derived = [part.derived() for part in parts]
+        different = list({id(d.table): d for d in derived}.values())
+        starts = np.cumsum([0] + [len(d.digests) for d in different])
+        first = {id(d.table): int(start) for d, start in zip(different, starts, strict=False)}
+        which = np.concatenate([first[id(d.table)] + d.which for d in derived])
+        exponent = np.concatenate([d.exponent for d in derived])
+        table = _together([d.table for d in different])
+        digests = np.concatenate([d.digests for d in different])
+        object.__setattr__(made, "_derived", Derived(table, digests, which, exponent))
     return made
+
+
+def _after(arrays: Sequence[NDArray[Any]], fill: bool) -> NDArray[Any]:
+    """Batches one after the other; with `fill`, rows of the second axis are repeated up to the longest."""
+    if fill:
+        most = max(a.shape[1] for a in arrays)
+        arrays = [a[:, np.minimum(np.arange(most), a.shape[1] - 1)] for a in arrays]
+    return np.concatenate(arrays)
+
+
+def stacked_batches(parts: Sequence[Proxy]) -> list[tuple[Proxy, Indices]]:
+    """Atoms of batches of parts: for each kind one batch, atom by atom with all rows, and the atoms' numbers."""
+    alike: dict[tuple[Any, ...], list[tuple[int, Any]]] = {}
+    number = 0
+    for part in parts:
+        if isinstance(part, Polyhedron):
+            for atoms in piece_atoms(part.solid):
+                members = alike.setdefault(_form(atoms.proxies), [])
+                members += [(number + int(n), _row_of(atoms.proxies, i, part)) for i, n in enumerate(atoms.numbers)]
+            number += len(part.pieces)
+        else:
+            alike.setdefault(_form(part), []).append((number, part))
+            number += 1
+    return [(side_by_side([p for _, p in same]), np.array([n for n, _ in same])) for same in alike.values()]
+
+
+def _row_of(atoms: ConvexPolyhedron, index: int, mesh: Polyhedron) -> ConvexPolyhedron:
+    """One atom of a mesh in all placements of a batch."""
+    return atoms[index].broadcast_to((len(mesh),))._placed(mesh.position, mesh.rotation)
 
 
 SIZED: dict[type[Proxy], int] = {KDOP: 3, ConvexPolyhedron: 1}  # how many fields are as long as the proxy's size
 
 
-def _together(hulls: Sequence[Hull]) -> Hull:
-    columns: list[Any] = [filled([getattr(hull, name) for hull in hulls]) for name in HULL]
-    return Hull(*columns, np.array([hull.dimension for hull in hulls], dtype=np.int64))
+def _together(tables: Sequence[Hull]) -> Hull:
+    """Tables of hulls one after the other; kept, for what is derived of a table is kept with it."""
+    if len(tables) == 1:
+        return tables[0]
+    key = tuple(map(id, tables))
+    if key in _TOGETHER:
+        return _TOGETHER[key][1]
+    vertices, planes, edges, active_planes, active_vertices = (
+        _after([getattr(table, name) for table in tables], True) for name in HULL
+    )
+    dimension = np.concatenate([table.dimension for table in tables])
+    whole = Hull(vertices, planes, edges, active_planes, active_vertices, dimension)
+    _TOGETHER[key] = tables, whole  # the tables too, so that no other one gets their ids
+    while len(_TOGETHER) > REMEMBERED:
+        del _TOGETHER[next(iter(_TOGETHER))]
+    return whole
 
 
+REMEMBERED = 256  # combinations of hulls
+_TOGETHER: dict[tuple[int, ...], tuple[Sequence[Hull], Hull]] = {}
 HULL = ("vertices", "planes", "edges", "active_planes", "active_vertices")
 
 
@@ -186,8 +239,16 @@ def _atoms(hulls: Hull) -> ConvexPolyhedron:
     count = len(hulls.vertices)
     identity = np.broadcast_to(np.array([0.0, 0.0, 0.0, 1.0]), (count, 4))
     made = ConvexPolyhedron._trusted(hulls.vertices, np.zeros((count, 3)), identity)
-    object.__setattr__(made, "_derived", of_hulls(hulls))
+    digests = np.array([_digest(v) for v in hulls.vertices]).reshape(-1, 2)
+    index = np.arange(count)
+    object.__setattr__(made, "_derived", Derived(hulls, digests, index, np.zeros(count, dtype=np.int64)))
     return made
+
+
+def _digest(vertices: Array) -> list[float]:
+    """Two doubles that tell an atom's vertices from others."""
+    digest = blake2b(vertices.tobytes(), digest_size=12).digest()
+    return [float(int.from_bytes(digest[:6], "big")), float(int.from_bytes(digest[6:], "big"))]
 
 
 def candidates(x: Group, y: Group, bound: float) -> tuple[Indices, Indices, Array]:

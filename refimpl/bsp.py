@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from fractions import Fraction
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from refimpl.meshes import Triangles
 from refimpl.signs import Points
 
 CANDIDATES = 24  # cutting planes that are compared for a cell
-SAMPLE = 300  # faces of a cell that are looked at for the comparison
+SAMPLE = 120  # faces of a cell that are looked at for the comparison
 LEVEL = 1e-12  # what is looked at for choosing only may be decided roughly
 
 
@@ -49,7 +50,7 @@ class Piece(NamedTuple):
         total = Fraction(0)
         for loop in self.facets:
             (ax, ay, az, aw), *rest = (self.corners[i] for i in loop)
-            for (bx, by, bz, bw), (cx, cy, cz, cw) in zip(rest, rest[1:], strict=False):
+            for (bx, by, bz, bw), (cx, cy, cz, cw) in pairwise(rest):
                 det = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
                 total += Fraction(det, aw * bw * cw)
         return total
@@ -77,17 +78,29 @@ def convex_pieces(vertices: Array, triangles: Triangles) -> list[Piece]:
     triangles : (t, 3) int
         A mesh that `meshes.require_solid` accepts.
     """
+    space, faces, reach, exponent = _exact_faces(vertices, triangles)
+    if _cutting_plane(space, faces) is None:
+        cells = [_convex_cell(faces)]
+    else:
+        cells = _joined(space, _solid_cells(space, bounding_cell(space, reach), faces))
+    return [_piece(space, cell, exponent) for cell in cells]
+
+
+def bounds_convex(vertices: Array, triangles: Triangles) -> bool:
+    """Whether the solid that a mesh bounds is convex."""
+    space, faces, _, _ = _exact_faces(vertices, triangles)
+    return _cutting_plane(space, faces) is None
+
+
+def _exact_faces(vertices: Array, triangles: Triangles) -> tuple[Arrangement, list[Face], int, int]:
+    """Faces on the grid, a bound of the coordinates there that leaves room around, and the grid's exponent."""
     points = Points(vertices)
     grid = points.grid
     reach = 2 * max(int(abs(x)) for x in grid.ravel()) + 1
     space = Arrangement(reach)
     numbers = [space.point(*row) for row in grid.tolist()]
     faces = [_face(space, [numbers[i] for i in corners]) for corners in triangles.tolist()]
-    if _cutting_plane(space, faces) is None:
-        cells = [_convex_cell(faces)]
-    else:
-        cells = _joined(space, _solid_cells(space, bounding_cell(space, reach), faces))
-    return [_piece(space, cell, points.grid_exponent) for cell in cells]
+    return space, faces, reach, points.grid_exponent
 
 
 def _face(space: Arrangement, loop: list[int]) -> Face:
@@ -154,7 +167,7 @@ def _part(space: Arrangement, face: Face, plane: int, sides: list[int], keep: in
         here, there, line = sides[i], sides[j], face.lines[i]
         if here != -keep:
             loop.append(face.loop[i])
-            lines.append(line if here == keep or there == keep else plane)
+            lines.append(line if keep in (here, there) else plane)
         if here * there < 0:
             if isinstance(line, tuple):
                 new = space.edge_point(*line, plane)

@@ -7,16 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from refimpl.linear import Array
-from refimpl.overlaps import Contacts, Overlap, apart_or_overlapping
+from refimpl.overlaps import resolve
 from refimpl.proxy import Proxy, ShapeError
 from refimpl.results import Separation
-
-__all__ = ["Contacts", "Manifold", "contacts"]
+from refimpl.signs import Indices
 
 
 @dataclass(frozen=True)
-class Manifold:
-    """How two proxies touch and overlap.
+class Contacts:
+    """How two proxies overlap.
 
     Attributes
     ----------
@@ -26,32 +25,42 @@ class Manifold:
         The shortest translation of B that separates has a length between these: at least that of the deepest pair of
         atoms, at most that of a translation that was found to separate; (0, 0) where the proxies are apart, and inf
         at the end where none was found.
-    contacts : Contacts
-        One for each overlapping pair of convex atoms, the deepest first.
+    part_a, part_b : (k,) int
+        For each overlapping pair of convex atoms, the deepest first, their numbers: the parts of a composite in
+        order, nested ones in their place; each polyhedron counts as many as it has pieces.
+    pairs : Separation with one batch axis
+        Each pair as if it were alone: minus its depth, contact points, normal from A to B.
     """
 
     separation: Separation
     depth_interval: Array
-    contacts: Contacts
+    part_a: Indices
+    part_b: Indices
+    pairs: Separation
+
+    def __len__(self) -> int:
+        return len(self.part_a)
 
 
-def contacts(a: Proxy, b: Proxy) -> Manifold:
+def contacts(a: Proxy, b: Proxy) -> Contacts:
     """Contacts of two single solids, or of a point and a solid.
 
     Parameters
     ----------
     a, b : proxies without batch axes
-        Convex ones have one contact at most.
+        Convex ones have one contact at most. A point in a polyhedron has none: its depth is that of the surface.
 
     Returns
     -------
-    Manifold
+    Contacts
     """
     for x in (a, b):
         if x.batch_shape:
             raise ShapeError(
                 f"contacts are of single proxies, got a batch of shape {x.batch_shape}: take them by index"
             )
-    found: Overlap = apart_or_overlapping(a, b)
-    upper = max(0.0, -float(found.separation.distance))
-    return Manifold(found.separation, np.array([min(found.lower, upper), upper]), found.contacts)
+    found = resolve(a.broadcast_to((1,)), b.broadcast_to((1,)))
+    upper = max(0.0, -float(found.separation.distance[0]))
+    interval = np.array([min(float(found.lower[0]), upper), upper])
+    pairs = found.contacts
+    return Contacts(found.separation[0], interval, pairs.part_a, pairs.part_b, pairs.found)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from hashlib import blake2b
 from typing import Any, Self
 
 import numpy as np
@@ -25,22 +26,25 @@ class Derived:
     ----------
     table : Hull with one batch axis
         One for each different geometry, unscaled; shared by all copies of the batch.
+    digests : (g, 2)
+        Numbers that tell the geometries of all tables apart.
     which : (...) int
     exponent : (...) int
     """
 
     table: Hull
+    digests: Array
     which: Indices
     exponent: Indices
 
     def mapped(self, change: Callable[[Any, int], Any]) -> Self:
         """Apply one change of batch axes."""
-        return type(self)(self.table, change(self.which, 0), change(self.exponent, 0))
+        return type(self)(self.table, self.digests, change(self.which, 0), change(self.exponent, 0))
 
     def times_power(self, exponent: Any) -> Self:
         """Scale by 2^exponent."""
         total = self.exponent + np.asarray(exponent)
-        return type(self)(self.table, np.broadcast_to(self.which, total.shape), total)
+        return type(self)(self.table, self.digests, np.broadcast_to(self.which, total.shape), total)
 
     def broadcast_to(self, batch: tuple[int, ...]) -> Self:
         """Repeat along new batch axes, without copying."""
@@ -49,11 +53,16 @@ class Derived:
     @property
     def hull(self) -> Hull:
         """The hulls themselves; not copied as long as all of the batch share one."""
-        if _repeats(self.which, 0) and _repeats(self.exponent, 0):
+        if repeats(self.which, 0) and repeats(self.exponent, 0):
             first = (0,) * self.which.ndim
-            alone = type(self)(self.table, self.which[first], self.exponent[first])
+            alone = type(self)(self.table, self.digests, self.which[first], self.exponent[first])
             return alone.hull.broadcast_to(self.which.shape)
         return self.table.mapped(lambda a, _: a[self.which]).times_power(self.exponent)
+
+    @property
+    def marks(self) -> Array:
+        """Three numbers (..., 3) that are the same for the same geometry, alone or in any batch."""
+        return np.concatenate([self.digests[self.which], self.exponent[..., None].astype(np.float64)], axis=-1)
 
     @property
     def size(self) -> Array:
@@ -66,7 +75,7 @@ class Derived:
         return shifted(self.table.middle[self.which], self.exponent, 1)
 
 
-def _repeats(numbers: Any, ends: int) -> bool:
+def repeats(numbers: Any, ends: int) -> bool:
     """Whether an array with `ends` trailing axes has batch axes along which it repeats without being copied."""
     axes = numbers.ndim - ends
     steps = [step for step, n in zip(numbers.strides[:axes], numbers.shape, strict=False) if n > 1]
@@ -81,18 +90,29 @@ def of_planes(planes: Array) -> Derived:
     ShapeError
         Where a set is empty or unbounded: which of the two, and where in the batch.
     """
-    if _repeats(planes, 2):
+    if repeats(planes, 2):
         return of_planes(planes[(0,) * (planes.ndim - 2)]).broadcast_to(planes.shape[:-2])
     own = power_of_two(largest(planes[..., :3]))
-    level = np.concatenate([shifted(planes[..., :3], -own, 1), np.ldexp(planes[..., 3], -own)[..., None]], axis=-1)
-    size = power_of_two(np.max(np.abs(level[..., 3]), axis=-1, initial=0.0))
-    level[..., 3] = np.ldexp(level[..., 3], -size[..., None])
-    return _of_batch(level, size, solid_of_planes)
+    with np.errstate(over="ignore"):
+        offsets = np.ldexp(planes[..., 3], -own)
+    _refuse(~np.isfinite(np.max(np.abs(offsets), axis=-1, initial=0.0)), "a plane lies")
+    size = power_of_two(np.max(np.abs(offsets), axis=-1, initial=0.0))
+    level = np.concatenate([shifted(planes[..., :3], -own, 1), shifted(offsets, -size, 1)[..., None]], axis=-1)
+    found = _of_batch(level, size, solid_of_planes)
+    with np.errstate(over="ignore"):
+        _refuse(~np.isfinite(found.size), "a corner lies")
+    return found
+
+
+def _refuse(beyond: Any, what: str) -> None:
+    if np.any(beyond):
+        where = tuple(int(i) for i in np.argwhere(beyond)[0])
+        raise ShapeError(f"{what} beyond the largest float{f', at index {where}' if where else ''}")
 
 
 def of_vertices(vertices: Array) -> Derived:
     """Hulls of points (..., m, 3), of which any may be equal, collinear or coplanar."""
-    if _repeats(vertices, 2):
+    if repeats(vertices, 2):
         return of_vertices(vertices[(0,) * (vertices.ndim - 2)]).broadcast_to(vertices.shape[:-2])
     size = power_of_two(np.max(np.abs(vertices), axis=(-2, -1), initial=0.0))
     return _of_batch(shifted(vertices, -size, 2), size, solid_of_vertices)
@@ -103,7 +123,8 @@ def of_hulls(hulls: Hull) -> Derived:
     batch = hulls.dimension.shape
     count = int(np.prod(batch, dtype=int))
     table = hulls.mapped(lambda a, ends: a.reshape((count, *a.shape[a.ndim - ends :])))
-    return Derived(table, np.arange(count).reshape(batch), np.zeros(batch, dtype=np.int64))
+    digests = np.zeros((count, 2))  # nobody asks: boxes are told apart by their own numbers
+    return Derived(table, digests, np.arange(count).reshape(batch), np.zeros(batch, dtype=np.int64))
 
 
 def hull_of_planes(planes: Array) -> Hull:
@@ -128,7 +149,13 @@ def _of_batch(numbers: Array, exponent: Any, single: Callable[[bytes, int], Hull
             place[content] = len(hulls)
             hulls.append(_found(single, content, numbers.shape[-2], where))
         which[where] = place[content]
-    return Derived(_stacked(hulls), which, np.asarray(exponent, dtype=np.int64))
+    digests = np.array([_digest(content) for content in place]).reshape(-1, 2)
+    return Derived(_stacked(hulls), digests, which, np.asarray(exponent, dtype=np.int64))
+
+
+def _digest(content: bytes) -> tuple[float, float]:
+    digest = blake2b(content, digest_size=12).digest()
+    return float(int.from_bytes(digest[:6], "big")), float(int.from_bytes(digest[6:], "big"))
 
 
 def _found(single: Callable[[bytes, int], Hull], content: bytes, count: int, where: tuple[int, ...]) -> Hull:
@@ -148,8 +175,12 @@ def _stacked(hulls: list[Hull]) -> Hull:
             longest = max((len(p) for p in parts), default=0)
             index = np.arange(longest)
             parts = [p if len(p) == longest else _padded(p, index) for p in parts]
-        columns.append(np.stack(parts) if parts else np.zeros((0, *_EMPTY_TAILS[name])))
+        columns.append(np.stack(parts) if parts else np.zeros((0, *_EMPTY_TAILS[name]), dtype=_dtype(name)))
     return Hull(*columns)
+
+
+def _dtype(name: str) -> type:
+    return np.float64 if name in ("vertices", "planes") else np.int64
 
 
 _EMPTY_TAILS = {

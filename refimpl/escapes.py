@@ -1,4 +1,4 @@
-"""Short translations that separate two overlapping unions.
+"""Short translations that separate overlapping unions, for a batch of rows at once.
 
 Of a convex pair, the signed distance as a function of the translation t is convex. So its tangent at any t, the plane
 n·(t' − t) ≥ −σ, tells of translations t' that surely free this pair. One such plane for each pair that stands in the
@@ -9,204 +9,236 @@ From a free translation the same step, with tangents taken there, leads to one t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from itertools import combinations
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from refimpl.linear import Array, Bools, dot, norm
+from refimpl.leastmove import shortest
+from refimpl.linear import Array, Bools, dot, norm, scale
 from refimpl.results import Separation
 from refimpl.signs import Indices
 
 ROUNDS = 64
-DESCENTS = 4
+DESCENTS = 3
 
 
 class Pairs(NamedTuple):
-    """Pairs of convex atoms near each other: their numbers, and the signed distance of each."""
+    """Pairs of convex atoms near each other: the row of the batch, the atoms' numbers, and their signed distance."""
 
+    row: Indices
     part_a: Indices
     part_b: Indices
     found: Separation
 
+    def at(self, index: Indices | Bools) -> Pairs:
+        """Some of the pairs."""
+        return Pairs(self.row[index], self.part_a[index], self.part_b[index], self.found[index])
 
-class Way(NamedTuple):
-    """A translation of B, how deep the deepest pair still is after it, and the pair nearest to touching there."""
+
+Look = Callable[[Indices, Array], Pairs]
+"""Answers of the pairs that can meet: for some rows, and a translation of B for each; pairs count those rows from 0."""
+
+
+@dataclass
+class Ways:
+    """For each row a translation of B; how deep the deepest pair still is there; and where that pair touches A.
+
+    A length of inf says that none is known.
+    """
 
     move: Array
-    rest: float
-    contact: Separation | None
+    rest: Array
+    touch: Array
+
+    @classmethod
+    def none(cls, count: int) -> Ways:
+        """No ways yet."""
+        return cls(np.zeros((count, 3)), np.full(count, np.inf), np.full((count, 3), np.nan))
 
     @property
-    def length(self) -> float:
+    def length(self) -> Array:
         """Length that surely is enough: what is left by rounding is added."""
-        return float(norm(self.move)) + self.rest
+        return norm(self.move) + self.rest
 
+    def put(self, rows: Indices, other: Ways) -> None:
+        """Take over the ways of some rows where they are shorter."""
+        better = other.length < self.length[rows]
+        for mine, theirs in ((self.move, other.move), (self.rest, other.rest), (self.touch, other.touch)):
+            mine[rows[better]] = theirs[better]
 
-Look = Callable[[Array], Pairs]
-"""Answers of the pairs that can meet after a translation of B."""
-
-
-def shortest(normals: Array, levels: Array) -> Array | None:
-    """Shortest vector t with normals·t ≥ levels; None where there is none.
-
-    The constraint that is broken most joins, and of those that held the vector so far, at most two stay: the dual
-    method of Goldfarb and Idnani (1983), with its small systems solved by trial. The vector only grows, so it ends.
-    """
-    t = np.zeros(3)
-    active: list[int] = []
-    size = float(np.max(np.abs(levels), initial=0.0))
-    for _ in range(8 * len(levels) + 8):
-        slack = dot(normals, t[None]) - levels
-        worst = int(np.argmin(slack))
-        if slack[worst] >= -1e-14 * size:
-            return t
-        found = _held(normals, levels, [*active, worst], 1e-13 * size)
-        if found is None:
-            return None
-        t, active = found
-    return None
-
-
-def _held(normals: Array, levels: Array, rows: list[int], slack: float) -> tuple[Array, list[int]] | None:
-    """Shortest vector for up to four constraints of which the last must be held, and those that hold it."""
-    for count in (1, 2, 3):
-        for others in combinations(rows[:-1], count - 1):
-            chosen = [*others, rows[-1]]
-            m = normals[chosen]
-            gram = m @ m.T
-            if np.linalg.cond(gram) > 1e12:
-                continue
-            weights = np.linalg.solve(gram, levels[chosen])
-            t = weights @ m
-            if np.all(weights >= 0) and np.all(normals[rows] @ t >= levels[rows] - slack):
-                return t, chosen
-    return None
+    def at(self, rows: Indices) -> Ways:
+        """Those of some rows."""
+        return Ways(self.move[rows], self.rest[rows], self.touch[rows])
 
 
 class _Planes:
-    """Tangents of pairs that stand in the way: for each pair one."""
+    """Tangents of the pairs that stand in the way: for each row and pair the latest one."""
 
     def __init__(self) -> None:
-        self.rows: dict[tuple[int, int], tuple[Array, float]] = {}
+        self.keys = np.zeros((0, 3), dtype=np.int64)
+        self.normals = np.zeros((0, 3))
+        self.levels = np.zeros(0)
 
-    def take(self, pairs: Pairs, which: Bools, t: Array) -> None:
-        """Add or renew the tangents of some pairs at t."""
-        for i in np.flatnonzero(which).tolist():
-            n = pairs.found.normal[i]
-            level = float(dot(n, t)) - float(pairs.found.distance[i])
-            self.rows[int(pairs.part_a[i]), int(pairs.part_b[i])] = (n, level)
+    def take(self, pairs: Pairs, moves: Array) -> None:
+        """Add or renew the tangents of pairs at the moves of their rows."""
+        keys = np.concatenate([np.stack([pairs.row, pairs.part_a, pairs.part_b], axis=1), self.keys])
+        levels = dot(pairs.found.normal, moves[pairs.row]) - pairs.found.distance
+        _, first = np.unique(keys, axis=0, return_index=True)
+        self.keys = keys[first]
+        self.normals = np.concatenate([pairs.found.normal, self.normals])[first]
+        self.levels = np.concatenate([levels, self.levels])[first]
 
-    def known(self, pairs: Pairs) -> Bools:
-        """Which pairs have a tangent."""
-        keys = zip(pairs.part_a.tolist(), pairs.part_b.tolist(), strict=True)
-        return np.array([key in self.rows for key in keys], dtype=bool)
+    def shortest(self, rows: Indices) -> tuple[Array, Bools]:
+        """Shortest translations on the right side of all tangents of each row, and which rows have one."""
+        mine = np.flatnonzero(np.isin(self.keys[:, 0], rows))
+        place = np.searchsorted(rows, self.keys[mine, 0])
+        count = np.bincount(place, minlength=len(rows))
+        column = np.arange(len(mine)) - np.repeat(np.cumsum(count) - count, count)
+        normals = np.zeros((len(rows), int(count.max(initial=0)), 3))
+        levels = np.full(normals.shape[:2], -np.inf)
+        normals[place, column], levels[place, column] = self.normals[mine], self.levels[mine]
+        return shortest(normals, levels)
 
-    def shortest(self) -> Array | None:
-        """Shortest translation on the right side of all tangents."""
-        normals = np.array([n for n, _ in self.rows.values()])
-        return shortest(normals, np.array([level for _, level in self.rows.values()]))
+
+def _ways(count: int, pairs: Pairs, moves: Array) -> Ways:
+    """What is known at moves that free, from the pairs near each other there."""
+    rest, touch = np.zeros(count), np.full((count, 3), np.nan)
+    order = np.lexsort((pairs.part_b, pairs.part_a, pairs.found.distance, pairs.row))
+    rows, first = np.unique(pairs.row[order], return_index=True)
+    nearest = order[first]
+    rest[rows] = np.maximum(0.0, -pairs.found.distance[nearest])
+    touch[rows] = pairs.found.on_a[nearest]
+    return Ways(moves, rest, touch)
 
 
-def _free(look: Look, planes: _Planes, t: Array | None, limit: float, tolerance: float) -> tuple[Way, Pairs] | None:
-    """From t on, let pairs that overlap join until none does; None when it fails or grows beyond `limit`."""
+def _freed(look: Look, planes: _Planes, moves: Array, limit: Array, tolerance: Array) -> tuple[Ways, Pairs]:
+    """From some moves on, let pairs that overlap join until none does, unless a move grows beyond its limit."""
+    count = len(moves)
+    moves, found, near = moves.copy(), Ways.none(count), []
+    open_rows = np.flatnonzero(norm(moves) < limit)
     for _ in range(ROUNDS):
-        if t is None or norm(t) >= limit:
-            return None
-        pairs = look(t)
-        gap = pairs.found.distance
-        inside = gap < -tolerance
-        if not np.any(inside):
-            return _way(t, pairs), pairs
-        if not np.all(np.isfinite(gap[inside])):
-            return None
-        planes.take(pairs, inside, t)
-        t = planes.shortest()
-    return None
+        if not len(open_rows):
+            break
+        pairs = look(open_rows, moves[open_rows])
+        pairs = pairs._replace(row=open_rows[pairs.row])
+        inside = pairs.found.distance < -tolerance[pairs.row]
+        stuck = np.zeros(count, dtype=bool)
+        stuck[pairs.row[inside]] = True
+        free = open_rows[~stuck[open_rows]]
+        here = pairs.at(~stuck[pairs.row])
+        if len(free):
+            found.put(free, _ways(count, here, moves).at(free))
+            near.append(here)
+        endless = np.unique(pairs.row[inside & ~np.isfinite(pairs.found.distance)])
+        open_rows = np.setdiff1d(open_rows[stuck[open_rows]], endless)
+        planes.take(pairs.at(inside & np.isin(pairs.row, open_rows)), moves)
+        if len(open_rows):
+            t, feasible = planes.shortest(open_rows)
+            moves[open_rows] = t
+            open_rows = open_rows[feasible & (norm(t) < limit[open_rows])]
+    return found, joined_pairs(near)
 
 
-def _way(t: Array, pairs: Pairs) -> Way:
-    gap = pairs.found.distance
-    if not len(gap):
-        return Way(t, 0.0, None)
-    row = int(np.argmin(gap))
-    return Way(t, max(0.0, -float(gap[row])), pairs.found[row])
+def joined_pairs(parts: list[Pairs]) -> Pairs:
+    """Several lists of pairs as one."""
+    if not parts:
+        none = np.zeros(0, dtype=np.int64)
+        return Pairs(none, none, none, Separation(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3))))
+    row, part_a, part_b = (np.concatenate([getattr(p, n) for p in parts]) for n in ("row", "part_a", "part_b"))
+    found = (np.concatenate([getattr(p.found, n) for p in parts]) for n in ("distance", "on_a", "on_b", "normal"))
+    return Pairs(row, part_a, part_b, Separation(*found))
 
 
-def _descended(look: Look, way: Way, pairs: Pairs, tolerance: float) -> Way:
-    """Shorten a way by tangents at its end, as long as that gains something."""
+def _descended(look: Look, ways: Ways, pairs: Pairs, tolerance: Array) -> Ways:
+    """Shorten ways by tangents at their ends, as long as that gains something."""
     for _ in range(DESCENTS):
+        rows = np.unique(pairs.row)
+        if not len(rows):
+            break
         planes = _Planes()
-        planes.take(pairs, pairs.found.distance < norm(way.move), way.move)
-        if not planes.rows:
-            return way
-        better = _free(look, planes, planes.shortest(), way.length * (1 - 1e-9), tolerance)
-        if better is None:
-            return way
-        way, pairs = better
-    return way
+        planes.take(pairs, ways.move)
+        start, feasible = planes.shortest(rows)
+        moves = np.zeros_like(ways.move)
+        moves[rows] = start
+        limit = np.zeros(len(moves))
+        limit[rows[feasible]] = ways.length[rows[feasible]] * (1 - 1e-9)
+        better, pairs = _freed(look, planes, moves, limit, tolerance)
+        ways.put(np.arange(len(moves)), better)
+    return ways
 
 
-def _pushed(look: Look, direction: Array, limit: float, tolerance: float) -> tuple[Way, Pairs] | None:
-    """Shortest free translation along a direction, or a little longer."""
-    s, seen = 0.0, None
+def _pushed(look: Look, directions: Array, limit: Array, tolerance: Array) -> tuple[Ways, Pairs]:
+    """Short free translations along directions: each pair in the way is left by its tangent."""
+    count = len(directions)
+    s, found, near = np.zeros(count), Ways.none(count), []
+    open_rows = np.arange(count)
     for _ in range(ROUNDS):
-        pairs = look(s * direction)
-        gap, slope = pairs.found.distance, dot(pairs.found.normal, direction[None])
-        inside = gap < -tolerance
-        if not np.any(inside):
-            return _way(s * direction, pairs), pairs
-        with np.errstate(divide="ignore", invalid="ignore"):
-            needed = np.where(slope[inside] > 1e-6, -gap[inside] / slope[inside], np.inf)
-        finite = needed[np.isfinite(needed)]
-        if not len(finite):
-            s = limit if seen is None else s + seen
-        else:
-            seen = float(np.max(finite))
-            s += seen
-        if not s < limit:
-            return None
-    return None
+        if not len(open_rows):
+            break
+        moves = scale(s, directions)
+        pairs = look(open_rows, moves[open_rows])
+        pairs = pairs._replace(row=open_rows[pairs.row])
+        inside = pairs.found.distance < -tolerance[pairs.row]
+        stuck = np.zeros(count, dtype=bool)
+        stuck[pairs.row[inside]] = True
+        free = open_rows[~stuck[open_rows]]
+        here = pairs.at(~stuck[pairs.row])
+        if len(free):
+            found.put(free, _ways(count, here, moves).at(free))
+            near.append(here)
+        rows, depth = pairs.row[inside], -pairs.found.distance[inside]
+        slope = dot(pairs.found.normal[inside], directions[rows])
+        steep = (slope > 1e-6) & np.isfinite(depth)
+        step = np.zeros(count)
+        np.maximum.at(step, rows[steep], depth[steep] / slope[steep])
+        s = s + step
+        open_rows = open_rows[stuck[open_rows] & (step[open_rows] > 0) & (s[open_rows] < limit[open_rows])]
+    return found, joined_pairs(near)
 
 
-def escape(
-    look: Look, directions: Callable[[], Iterator[tuple[Array, float]]], lower: float, tolerance: float
-) -> Way | None:
-    """Find a short translation of B that frees it.
+def escape(look: Look, count: int, lower: Array, tolerance: Array) -> Ways:
+    """Find a short translation of B that frees it, for each row, from the tangents of what overlaps at the start.
 
     Parameters
     ----------
     look
-    directions
-        Gives unit directions, each with a length that is known to free along it (or inf), the best first.
-    lower : float
-        No shorter translation frees: what comes as short as this is taken at once.
-    tolerance : float
+    count : int
+        Number of rows.
+    lower : (count,)
+        No shorter translation frees: what comes as short as this is not shortened further.
+    tolerance : (count,)
         Depths that are rounding.
 
     Returns
     -------
-    Way or None
-        None when nothing is found that frees, as there may be nothing.
+    Ways
     """
-    best: Way | None = None
-    found = _free(look, _Planes(), np.zeros(3), np.inf, tolerance)
-    if found is not None:
-        best = _descended(look, *found, tolerance)
-    if best is not None and best.length <= lower + 2 * tolerance:
-        return best
-    for direction, enough in directions():
-        limit = enough if best is None else min(enough, best.length)
-        found = _pushed(look, direction, limit, tolerance)
-        if found is not None:
-            way = _descended(look, *found, tolerance)
-            if best is None or way.length < best.length:
-                best = way
-        elif (best is None or enough < best.length) and np.isfinite(enough):
-            pairs = look(enough * direction)
-            way = _descended(look, _way(enough * direction, pairs), pairs, tolerance)
-            best = way if best is None or way.length < best.length else best
-        if best is not None and best.length <= lower + 2 * tolerance:
-            break
-    return best
+    start = np.zeros((count, 3))
+    ways, pairs = _freed(look, _Planes(), start, np.full(count, np.inf), tolerance)
+    rough = ways.length > lower + 2 * tolerance
+    return _descended(look, ways, pairs.at(rough[pairs.row]), tolerance)
+
+
+def push(look: Look, directions: Array, enough: Array, limit: Array, tolerance: Array) -> Ways:
+    """Find short translations that free along given directions, one for each row, and shorten them by descent.
+
+    Parameters
+    ----------
+    look
+    directions : (n, 3)
+    enough : (n,)
+        Length that is known to free along the direction, or inf.
+    limit : (n,)
+        Ways that are no shorter are of no interest.
+    tolerance : (n,)
+    """
+    ways, pairs = _pushed(look, directions, np.minimum(limit, enough), tolerance)
+    far = np.flatnonzero(~np.isfinite(ways.length) & (enough < limit))
+    if len(far):
+        moves = scale(enough[far], directions[far])
+        there = look(far, moves)
+        ways.put(far, _ways(len(far), there, moves))
+        pairs = joined_pairs([pairs, there._replace(row=far[there.row])])
+    return _descended(look, ways, pairs, tolerance)

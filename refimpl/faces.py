@@ -1,12 +1,13 @@
 """Corners and faces of a polytope, exactly: which corner lies on which face, and both in whole numbers.
 
-A polytope is given by planes or by vertices; qhull (`refimpl.proposals`) or the double description method (`refimpl.cones`)
-finds the other. What is redundant is dropped by counting: in d dimensions a corner lies on at least d faces and a face has at least d
-corners, and those that do not are none.
+A polytope is given by planes or by vertices; qhull (`refimpl.proposals`) or the double description method
+(`refimpl.cones`) finds the other. What is redundant is dropped by counting: in d dimensions a corner lies on at least d
+faces and a face has at least d corners, and those that do not are none.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,7 +77,7 @@ def _of_points(
     if dimension == 0:
         return Faces([rows[0]], [], [], 0, [(1, 0, 0), (0, 1, 0), (0, 0, 1)], exponent, [], [0])
     kept = _essential(touching, dimension)
-    names, incidence = _in_order({ray: [i for i, name in enumerate(kept) if ray in touching[name]] for ray in rays})
+    names, incidence = _in_order(kept, touching, rays)
     return Faces([rows[i] for i in kept], [rays[r] for r in names], incidence, dimension, normals, exponent, [], kept)
 
 
@@ -112,8 +113,11 @@ def _of_rays(rows: list[Whole], touching: Touching, rays: dict[int, Whole]) -> F
     implied = [rows[i][:3] for i in range(len(rows)) if i in touching and touching[i] == everywhere]
     normals = _independent(implied)
     kept = _essential(proper, 3 - len(normals))
-    names, on_faces = _in_order({ray: [i for i, name in enumerate(kept) if ray in touching[name]] for ray in rays})
-    incidence = [[corner for corner, faces in enumerate(on_faces) if face in faces] for face in range(len(kept))]
+    names, meeting = _in_order(kept, touching, rays)
+    incidence: list[list[int]] = [[] for _ in kept]
+    for corner, faces in enumerate(meeting):
+        for face in faces:
+            incidence[face].append(corner)
     corners = [rays[r] for r in names]
     return Faces(corners, [rows[i] for i in kept], incidence, 3 - len(normals), normals, 0, kept, [])
 
@@ -127,9 +131,13 @@ def _touching(rays: list[Ray]) -> Touching:
     return found
 
 
-def _in_order(lists: dict[int, list[int]]) -> tuple[list[int], list[list[int]]]:
-    """Names and their lists, by the lists: the same order, whichever method has found them."""
-    names = sorted(lists, key=lambda name: lists[name])
+def _in_order(kept: list[int], touching: Touching, rays: Iterable[int]) -> tuple[list[int], list[list[int]]]:
+    """Rays and the places in `kept` of what they touch, sorted by these: the same, whichever method has found them."""
+    lists: dict[int, list[int]] = {ray: [] for ray in rays}
+    for place, name in enumerate(kept):
+        for ray in touching[name]:
+            lists[ray].append(place)
+    names = sorted(lists, key=lambda ray: lists[ray])
     return names, [lists[name] for name in names]
 
 

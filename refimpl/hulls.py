@@ -21,7 +21,8 @@ from refimpl.linear import Array, cross, dot, norm, perpendicular, unit_or
 from refimpl.proxy import ShapeError, shifted
 
 Indices = NDArray[np.int64]
-KEPT = 4096  # geometries whose hulls are remembered, at a few kilobytes each
+KEPT = 4096  # small geometries whose hulls are remembered, at a few kilobytes each
+LARGE = 16_384  # bytes from which on only the shape itself keeps its hull
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +97,6 @@ class Hull:
         return type(self)(vertices, planes, rest.edges, rest.active_planes, rest.active_vertices, rest.dimension)
 
 
-@lru_cache(maxsize=KEPT)
 def solid_of_planes(content: bytes, count: int) -> Hull:
     """Hull of one set of planes, which are named by the bytes of their numbers.
 
@@ -105,15 +105,22 @@ def solid_of_planes(content: bytes, count: int) -> Hull:
     ShapeError
         Where the set is empty or unbounded.
     """
-    planes = np.frombuffer(content).reshape(count, 4)
-    return _derived(from_planes(planes), planes=planes)
+    return _kept(content, count, 4) if len(content) <= LARGE else _solid(content, count, 4)
 
 
-@lru_cache(maxsize=KEPT)
 def solid_of_vertices(content: bytes, count: int) -> Hull:
     """Hull of one set of vertices, which are named by the bytes of their numbers."""
-    points = np.frombuffer(content).reshape(count, 3)
-    return _derived(from_vertices(points), points=points)
+    return _kept(content, count, 3) if len(content) <= LARGE else _solid(content, count, 3)
+
+
+def _solid(content: bytes, count: int, width: int) -> Hull:
+    numbers = np.frombuffer(content).reshape(count, width)
+    if width == 4:
+        return _derived(from_planes(numbers), planes=numbers)
+    return _derived(from_vertices(numbers), points=numbers)
+
+
+_kept = lru_cache(maxsize=KEPT)(_solid)
 
 
 def _derived(faces: Faces, planes: Array | None = None, points: Array | None = None) -> Hull:
@@ -147,14 +154,11 @@ def _unit_planes(faces: Faces) -> Array:
     """Outward unit normals and offsets of the exact planes."""
     level = []
     for n in faces.planes:
-        normal = nearest_doubles(n[:3])
         unit = 1 << max(abs(c) for c in n[:3]).bit_length()
-        level.append((*normal, n[3] / unit))
+        offset = n[3] / (unit << -faces.exponent) if faces.exponent < 0 else (n[3] << faces.exponent) / unit
+        level.append((*nearest_doubles(n[:3]), offset))
     rows = np.array(level)
-    length = norm(rows[:, :3])
-    return np.concatenate(
-        [rows[:, :3] / length[:, None], np.ldexp(rows[:, 3:] / length[:, None], faces.exponent)], axis=1
-    )
+    return rows / norm(rows[:, :3])[:, None]
 
 
 def _thin(faces: Faces, corners: Array) -> tuple[Array, list[tuple[int, int, int, int]]]:

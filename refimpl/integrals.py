@@ -63,5 +63,5 @@ def surface_of(hull: Hull) -> Array:
     repeated = np.zeros(v.shape, dtype=bool)
     repeated[..., 1:] = np.all(hull.edges[..., 1:, :] == hull.edges[..., :-1, :], axis=-1)
     index = np.concatenate([np.where(repeated[..., None], 0, np.stack(fan, axis=-1)) for fan in fans], axis=-2)
-    flat = index.reshape((*index.shape[:-2], -1, 1))
+    flat = index.reshape((*index.shape[:-2], 3 * index.shape[-2], 1))
     return np.take_along_axis(hull.vertices, flat, axis=-2).reshape((*index.shape, 3))

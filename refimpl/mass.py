@@ -90,8 +90,8 @@ def mass_properties(shape: Proxy, *, allowed_overlap: float = 0.0) -> MassProper
 def _turned(moments: Array, axes: Array) -> Array:
     """Tensor R diag(moments) Rᵀ."""
     columns = [axes[..., :, i] for i in range(3)]
-    outer = [moments[..., i, None, None] * c[..., :, None] * c[..., None, :] for i, c in enumerate(columns)]
-    return np.asarray(outer[0] + outer[1] + outer[2])
+    parts = [moments[..., i, None, None] * outer(c) for i, c in enumerate(columns)]
+    return np.asarray(parts[0] + parts[1] + parts[2])
 
 
 def _others(squares: Array) -> Array:
@@ -125,8 +125,7 @@ def _aabb(b: AABB) -> MassProperties:
 def _about_axis(p: Array, q: Array, volume: Array, along: Array, across: Array) -> MassProperties:
     """Solid of revolution about pq, symmetric about the middle: moments about its axis and across it."""
     axis = unit_or(q - p, np.eye(3)[0])[0]
-    outer = axis[..., :, None] * axis[..., None, :]
-    inertia = across[..., None, None] * np.eye(3) + (along - across)[..., None, None] * outer
+    inertia = across[..., None, None] * np.eye(3) + (along - across)[..., None, None] * outer(axis)
     return MassProperties(volume, p / 2 + q / 2, inertia)
 
 
@@ -218,7 +217,9 @@ def _composite(c: Composite, allowed_overlap: float) -> MassProperties:
 
 def _steiner(volume: Array, away: Array) -> Array:
     """Inertia of a mass point of this volume, at `away` from the centre."""
-    return np.asarray(np.asarray(volume)[..., None, None] * (dot(away, away)[..., None, None] * np.eye(3) - outer(away)))
+    return np.asarray(
+        np.asarray(volume)[..., None, None] * (dot(away, away)[..., None, None] * np.eye(3) - outer(away))
+    )
 
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])

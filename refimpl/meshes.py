@@ -231,7 +231,7 @@ def _require_outward(points: Points, vertices: Array, triangles: Triangles) -> N
         if number > 1 and np.any(others == start):  # surfaces may touch in a corner; all corners in common is a defect
             free = np.setdiff1d(own, others)
             start = int(free[0]) if len(free) else start
-        around = winding_number(points.near[others], points.near[start])
+        around = int(winding_numbers(points.near[others], points.near[start][None])[0])
         if around == (0 if outward else 1):
             continue
         face = _face(vertices, triangles, int(np.argmax(shell == i)))
@@ -251,30 +251,33 @@ def six_volumes(points: Points, triangles: Triangles) -> int:
     return total
 
 
-def winding_number(corners: Array, at: Array, bounds: tuple[Array, Array] | None = None) -> int:
-    """How often a closed surface winds around a point that is not on it; exact.
+def winding_numbers(corners: Array, at: Array, bounds: tuple[Array, Array] | None = None) -> NDArray[np.int64]:
+    """How often a closed surface winds around points that are not on it; exact.
 
-    Counts the faces above the point, by their orientation. The point is taken as if shifted by (ε, ε², 0), so that no
+    Counts the faces above each point, by their orientation. A point is taken as if shifted by (ε, ε², 0), so that no
     edge or corner is right above it.
 
     Parameters
     ----------
     corners : (t, 3, 3)
         Corners of the faces.
-    at : (3,)
+    at : (n, 3)
     bounds : pair of (t, 3), optional
         Lower and upper corners of the faces' boxes, where they are known.
     """
     low, high = (corners.min(axis=1), corners.max(axis=1)) if bounds is None else bounds
-    beside = (low[:, 0] > at[0]) | (high[:, 0] < at[0]) | (low[:, 1] > at[1]) | (high[:, 1] < at[1])
-    over = np.flatnonzero(~beside & (high[:, 2] >= at[2]))
-    points = Points(np.concatenate([corners[over].reshape(-1, 3), at[None]]))
-    a, b, c = (np.arange(len(over)) * 3 + i for i in range(3))
-    here = np.full(len(over), 3 * len(over))
+    x, y, z = (at[:, None, i] for i in range(3))
+    over = (low[:, 0] <= x) & (x <= high[:, 0]) & (low[:, 1] <= y) & (y <= high[:, 1]) & (high[:, 2] >= z)
+    point, face = np.nonzero(over)
+    points = Points(np.concatenate([corners[face].reshape(-1, 3), at]))
+    a, b, c = (np.arange(len(face)) * 3 + i for i in range(3))
+    here = 3 * len(face) + point
     turns = [_shifted_turn(points, u, v, here) for u, v in ((a, b), (b, c), (c, a))]
     inside = (turns[0] == turns[1]) & (turns[1] == turns[2])
     below = points.orientation(a, b, c, here) * turns[0] < 0
-    return int(np.sum(turns[0][inside & below], dtype=np.int64))
+    found = np.zeros(len(at), dtype=np.int64)
+    np.add.at(found, point[inside & below], turns[0][inside & below].astype(np.int64))
+    return found
 
 
 def _shifted_turn(points: Points, a: Indices, b: Indices, p: Indices) -> Signs:

@@ -1,4 +1,4 @@
-"""Unions against unions: nearest atoms, contacts of overlapping atoms, and ways out.
+"""Unions against unions: nearest atoms, contacts of overlapping atoms, and the bounds of the depth.
 
 The signed distance of unions that are apart is the least over all pairs of atoms. Where they overlap it is minus the
 length of the shortest translation that separates them, and that is known between two bounds: no pair of atoms comes
@@ -7,299 +7,290 @@ apart with less than its own depth, and every translation that is found to leave
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from refimpl.algorithms.surfaces import point_surface
-from refimpl.atoms import Group, candidates, groups, leaves
-from refimpl.bounds import support
+from refimpl.algorithms.surfaces import point_surface, points_surface
+from refimpl.atoms import leaves
 from refimpl.compiling import batch_of
-from refimpl.escapes import Pairs, escape
-from refimpl.linear import Array, apply, apply_inverse, dot, norm, rotation_matrix, unit_or
+from refimpl.escapes import Look, Pairs, Ways, escape, joined_pairs, push
+from refimpl.linear import Array, Bools, apply, apply_inverse, norm, rotation_matrix, scale, unit_or
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
-from refimpl.shapes import Composite, HalfSpace, Point, Polyhedron, Sphere
+from refimpl.scenes import LargeScene, SmallScene, ask, scene
+from refimpl.shapes import HalfSpace, Point, Polyhedron, Sphere
 from refimpl.shapes.polytopes import USUAL_DIRECTIONS
 from refimpl.signs import Indices
+from refimpl.supports import support
 
 AROUND = USUAL_DIRECTIONS[26] / norm(USUAL_DIRECTIONS[26])[:, None]
-TRIED = 8  # directions that are tried because the convex hulls part soonest along them
-MOST = 12  # contacts whose normals are tried
-LOOKS = 32  # how often a search for a way out answers about as many pairs as overlap
-FIRST = 16  # pairs that are answered first, the most promising ones
+HULL_WAYS = 6  # directions that are tried because the convex hulls part soonest along them
+CONTACT_WAYS = 8  # contacts whose normals are tried
+LOOKS = 16  # how often a search for a way out answers about as many pairs as there are
+ROUNDING = 1e-12  # part of a scene's size by which the depth of a pair may be rounding
 
 
 @dataclass(frozen=True)
-class Contacts:
-    """Overlapping pairs of convex atoms of two unions, the deepest first.
+class Overlaps:
+    """What is known of a batch of pairs of unions, apart or overlapping.
 
     Attributes
     ----------
-    part_a, part_b : (k,) int
-        Numbers of the atoms: parts of a composite in order, nested ones in their place; each polyhedron counts as
-        many as it has pieces.
     separation : Separation with one batch axis
-        Each pair as if it were alone: depth (negated), contact points, normal from A to B.
-    """
-
-    part_a: Indices
-    part_b: Indices
-    separation: Separation
-
-    def flipped(self) -> Contacts:
-        """Return the same, seen from the other proxy."""
-        return Contacts(self.part_b, self.part_a, self.separation.flipped())
-
-
-NONE = Separation(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)))
-
-
-def _distance(x: Proxy, y: Proxy) -> Separation:
-    from refimpl.queries import distance  # noqa: PLC0415  the door needs the pair table, which names this module
-
-    return distance(x, y)
-
-
-def joined(parts: Sequence[Separation]) -> Separation:
-    """Several batches as one."""
-    if not parts:
-        return NONE
-    columns = ([getattr(part, name) for part in parts] for name in ("distance", "on_a", "on_b", "normal"))
-    return Separation(*(np.concatenate(column) for column in columns))
-
-
-def nearest(xs: Sequence[Group], ys: Sequence[Group], within: float = np.inf) -> Separation | None:
-    """Nearest pair of atoms of two unions, or some pair that overlaps; None where no pair is as near as `within`."""
-    best: Separation | None = None
-    for x in xs:
-        for y in ys:
-            i, j, least = candidates(x, y, within)
-            start, size = 0, FIRST
-            while start < len(i) and least[start] <= within:
-                some = slice(start, start + size)
-                found = _distance(x.proxies[i[some]], y.proxies[j[some]])
-                row = int(np.argmin(found.distance))
-                if best is None or found.distance[row] < best.distance:
-                    best = found[row]
-                    within = min(within, float(best.distance))
-                    if within < 0:
-                        return best
-                start, size = start + size, 2 * size
-    return best
-
-
-def meeting(xs: Sequence[Group], ys: Sequence[Group]) -> Pairs:
-    """All pairs of atoms whose boxes meet."""
-    numbers_a, numbers_b, parts = [], [], []
-    for x in xs:
-        for y in ys:
-            i, j, _ = candidates(x, y, 0.0)
-            if len(i):
-                parts.append(_distance(x.proxies[i], y.proxies[j]))
-                numbers_a.append(x.numbers[i])
-                numbers_b.append(y.numbers[j])
-    if not parts:
-        return Pairs(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), NONE)
-    return Pairs(np.concatenate(numbers_a), np.concatenate(numbers_b), joined(parts))
-
-
-def one_inside(parts_a: Sequence[Proxy], parts_b: Sequence[Proxy]) -> bool:
-    """Whether a part of one union has a point within a polyhedron of the other.
-
-    For parts whose surfaces do not meet: then one point of each connected surface tells for all of it.
-    """
-    for ones, others in ((parts_a, parts_b), (parts_b, parts_a)):
-        for mesh in ones:
-            if isinstance(mesh, Polyhedron) and any(
-                holds(mesh, point) for other in others for point in representatives(other)
-            ):
-                return True
-    return False
-
-
-def representatives(part: Proxy) -> Array:
-    """A point of each connected surface of a part; none of a half-space, which no polyhedron holds."""
-    if isinstance(part, HalfSpace):
-        return np.zeros((0, 3))
-    if isinstance(part, Polyhedron):
-        firsts = part.vertices[part.solid.shell_corners]
-        return apply(rotation_matrix(part.rotation), firsts) + part.position
-    return part.reference_point[None]
-
-
-def holds(mesh: Polyhedron, point: Array) -> bool:
-    """Whether a point is in a polyhedron."""
-    return point_surface(mesh.solid, into_frame(mesh, point))[0] <= 0
-
-
-def into_frame(mesh: Polyhedron, point: Array) -> Array:
-    """A point of the world in the frame of a polyhedron's mesh."""
-    return apply_inverse(rotation_matrix(mesh.rotation), point - mesh.position)
-
-
-@dataclass(frozen=True)
-class Overlap:
-    """What is known of two unions, apart or overlapping.
-
-    Attributes
-    ----------
-    separation : Separation
-        A single answer. Where they overlap, the distance is minus the length of a translation along the normal that
-        was found to separate them, or −inf where none was.
-    lower : float
+        Where they overlap, the distance is minus the length of a translation along the normal that was found to
+        separate them, or −inf where none was.
+    lower : (n,)
         No shorter translation separates; 0 where they do not overlap.
-    contacts : Contacts
+    contacts : Pairs
         Overlapping pairs of convex atoms.
     """
 
     separation: Separation
-    lower: float
-    contacts: Contacts
+    lower: Array
+    contacts: Pairs
 
 
-def apart_or_overlapping(a: Proxy, b: Proxy) -> Overlap:
-    """Answer for two single proxies, of which one at least is a union."""
-    parts_a, parts_b = leaves(a), leaves(b)
-    quick = _round_polyhedron(parts_a, parts_b)
-    if quick is not None:
-        return Overlap(quick, max(0.0, -float(quick.distance)), NO_CONTACTS)
-    gap = nearest(groups(parts_a, surfaces=True), groups(parts_b, surfaces=True))
-    assert gap is not None
-    if gap.distance > 0 and not one_inside(parts_a, parts_b):
-        return Overlap(gap, 0.0, NO_CONTACTS)
-    xs, ys = groups(parts_a), groups(parts_b)
-    pairs = meeting(xs, ys)
-    deep = np.flatnonzero(pairs.found.distance < 0)
-    if not len(deep):
-        touching = gap if gap.distance >= 0 else nearest(xs, ys)
-        assert touching is not None
-        return Overlap(touching, 0.0, NO_CONTACTS)
-    deep = deep[np.argsort(pairs.found.distance[deep], kind="stable")]
-    contacts = Contacts(pairs.part_a[deep], pairs.part_b[deep], pairs.found[deep])
-    if sum(map(len, xs)) * sum(map(len, ys)) == 1:
-        return Overlap(contacts.separation[0], -float(contacts.separation.distance[0]), contacts)
-    return _overlapping(a, b, xs, ys, contacts)
+def resolve(a: Proxy, b: Proxy) -> Overlaps:
+    """Answer for two batches of proxies with one axis, of which one at least holds unions."""
+    known, decided = _by_surface(a, b)
+    rest = np.flatnonzero(~decided)
+    if not len(rest):
+        return Overlaps(known, np.maximum(0.0, -known.distance), joined_pairs([]))
+    if not len(rest) < len(a):
+        return _by_atoms(a, b)
+    others = _by_atoms(a[rest], b[rest])
+    columns = []
+    for name in NAMES:
+        column = getattr(known, name).copy()
+        column[rest] = getattr(others.separation, name)
+        columns.append(column)
+    lower = np.maximum(0.0, -known.distance)
+    lower[rest] = others.lower
+    return Overlaps(Separation(*columns), lower, others.contacts._replace(row=rest[others.contacts.row]))
 
 
-def meet(a: Proxy, b: Proxy) -> bool:
-    """Whether two single proxies, of which one at least is a union, have a point in common."""
-    parts_a, parts_b = leaves(a), leaves(b)
-    quick = _round_polyhedron(parts_a, parts_b)
-    if quick is not None:
-        return bool(quick.distance <= 0)
-    gap = nearest(groups(parts_a, surfaces=True), groups(parts_b, surfaces=True), within=0.0)
-    return (gap is not None and bool(gap.distance <= 0)) or one_inside(parts_a, parts_b)
+def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Bools]:
+    """Points, and balls that are apart, against polyhedra, by the surface; and which rows these are."""
+    if isinstance(a, Polyhedron) and isinstance(b, Point | Sphere):
+        found, decided = _by_surface(b, a)
+        return found.flipped(), decided
+    if isinstance(b, Polyhedron) and isinstance(a, Point):
+        return mesh_heights(a.position, b), np.ones(len(a), dtype=bool)
+    if isinstance(b, Polyhedron) and isinstance(a, Sphere):
+        found = mesh_heights(a.center, b)
+        gap = found.distance - a.radius
+        return Separation(gap, a.center + scale(a.radius, found.normal), found.on_b, found.normal), gap >= 0
+    none = np.full((len(a), 3), np.nan)
+    return Separation(none[:, 0], none, none, none), np.zeros(len(a), dtype=bool)
 
 
-NO_CONTACTS = Contacts(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), NONE)
+def _by_atoms(a: Proxy, b: Proxy) -> Overlaps:
+    """Nearest atoms; where some overlap, contacts and a way out."""
+    count = len(a)
+    there = scene(a, b)
+    near = there.nearest(np.arange(count))
+    if isinstance(there, LargeScene):
+        deep = np.flatnonzero(_swallowed(a, b, near) | (_firsts(near).found.distance < 0))
+        pieces = there.pairs(deep, np.zeros((len(deep), 3)))
+        pieces = pieces._replace(row=deep[pieces.row])
+        near = joined_pairs([near.at(~np.isin(near.row, pieces.row)), pieces])
+    answer = {name: getattr(_firsts(near).found, name).copy() for name in NAMES}
+    contacts = near.at(near.found.distance < 0)
+    contacts = contacts.at(np.lexsort((contacts.part_b, contacts.part_a, contacts.found.distance, contacts.row)))
+    lower = np.maximum(0.0, -answer["distance"])
+    plain = isinstance(a, HalfSpace) or isinstance(b, HalfSpace)  # left by all along its normal, by the deepest last
+    if not plain and there.pair_count != 1 and len(contacts.row):
+        rows = np.unique(contacts.row)
+        found, lower[rows] = _searched(a, b, there, rows, contacts)
+        for name, column in answer.items():
+            column[rows] = getattr(found, name)
+    return Overlaps(Separation(*answer.values()), lower, contacts)
 
 
-def _round_polyhedron(parts_a: Sequence[Proxy], parts_b: Sequence[Proxy]) -> Separation | None:
-    """A point or a ball whose centre is outside, and one polyhedron: by the nearest point of the surface."""
-    if len(parts_a) != 1 or len(parts_b) != 1:
-        return None
-    match parts_a[0], parts_b[0]:
-        case Point() as p, Polyhedron() as mesh:
-            return point_polyhedron(p.position, mesh)
-        case Polyhedron() as mesh, Point() as p:
-            return point_polyhedron(p.position, mesh).flipped()
-        case Sphere() as s, Polyhedron() as mesh:
-            return _ball(s, mesh)
-        case Polyhedron() as mesh, Sphere() as s:
-            found = _ball(s, mesh)
-            return None if found is None else found.flipped()
-    return None
+def meet(a: Proxy, b: Proxy) -> Bools:
+    """Whether two batches have points in common, row by row."""
+    known, decided = _by_surface(a, b)
+    if np.any(decided):
+        rest = np.flatnonzero(~decided)
+        hit = known.distance <= 0
+        hit[rest] = meet_atoms(a[rest], b[rest]) if len(rest) else False
+        return hit
+    return meet_atoms(a, b)
 
 
-def _ball(s: Sphere, mesh: Polyhedron) -> Separation | None:
-    found = point_polyhedron(s.center, mesh)
-    gap = found.distance - s.radius
-    if gap < 0:
-        return None
-    return Separation(gap, s.center + s.radius * found.normal, found.on_b, found.normal)
+def meet_atoms(a: Proxy, b: Proxy) -> Bools:
+    """The same, by pairs of atoms."""
+    rows = np.arange(len(a))
+    there = scene(a, b)
+    near = there.nearest(rows) if isinstance(there, LargeScene) else there.pairs(rows, np.zeros((len(rows), 3)))
+    found = np.zeros(len(rows), dtype=bool)
+    found[near.row[near.found.distance <= 0]] = True
+    return found | _swallowed(a, b, near) if isinstance(there, LargeScene) else found
 
 
-def _overlapping(a: Proxy, b: Proxy, xs: list[Group], ys: list[Group], contacts: Contacts) -> Overlap:
-    """Bounds of the depth, and a translation that separates."""
-    deepest = contacts.separation[0]
-    lower = max(-float(deepest.distance), _balls(a, b, contacts))
-    scene = max(float(a.magnitude), float(b.magnitude))
-
-    def look(move: Array) -> Pairs:
-        return meeting(xs, [y.moved(move) for y in ys])
-
-    with batch_of(LOOKS * len(contacts.part_a)):
-        way = escape(look, lambda: _directions(a, b, contacts), lower, 1e-12 * scene)
-    if way is None:
-        nowhere = np.full(3, np.nan)
-        return Overlap(Separation(np.asarray(-np.inf), nowhere, nowhere, nowhere), lower, contacts)
-    normal, _ = unit_or(way.move, deepest.normal)
-    depth = way.length
-    touch = deepest.on_a if way.contact is None else way.contact.on_a
-    found = Separation(np.asarray(-depth), touch, touch - depth * normal, normal)
-    return Overlap(found, min(lower, depth), contacts)
+def _firsts(pairs: Pairs) -> Pairs:
+    """Pair of least distance of each row that has one; of equal ones the first by number."""
+    order = np.lexsort((pairs.part_b, pairs.part_a, pairs.found.distance, pairs.row))
+    _, first = np.unique(pairs.row[order], return_index=True)
+    return pairs.at(order[first])
 
 
-def _directions(a: Proxy, b: Proxy, contacts: Contacts) -> Iterator[tuple[Array, float]]:
-    """Directions to try, each with the length that parts even the convex hulls along it; the shortest first."""
-    ways = [*np.concatenate([AROUND, -AROUND]), *_different(contacts.separation.normal)]
-    for one, sign in ((a, 1.0), (b, -1.0)):
+NAMES = ("distance", "on_a", "on_b", "normal")
+
+
+def _searched(
+    a: Proxy, b: Proxy, there: SmallScene | LargeScene, rows: Indices, contacts: Pairs
+) -> tuple[Separation, Array]:
+    """Translations that separate some rows, and lower bounds."""
+    x, y = a[rows], b[rows]
+    contacts = contacts._replace(row=np.searchsorted(rows, contacts.row))
+    deepest = _firsts(contacts).found
+    lower = -deepest.distance
+    tolerance = ROUNDING * np.maximum(x.magnitude, y.magnitude)
+
+    def look(which: Indices, moves: Array) -> Pairs:
+        return there.pairs(rows[which], moves)
+
+    with batch_of(LOOKS * len(contacts.row)):
+        ways = escape(look, len(rows), lower, tolerance)
+        rough = np.flatnonzero(ways.length > lower + 2 * tolerance)
+        if len(rough):
+            lower[rough] = np.maximum(lower[rough], _balls(x[rough], y[rough], deepest[rough]))
+            rough = rough[ways.length[rough] > lower[rough] + 2 * tolerance[rough]]
+        if len(rough):
+            _try_directions(x[rough], y[rough], lambda w, m: look(rough[w], m), contacts, rough, ways, tolerance)
+    normal, _ = unit_or(ways.move, deepest.normal)
+    depth = ways.length
+    known = np.isfinite(depth)
+    touch = np.where(np.isnan(ways.touch), deepest.on_a, ways.touch)
+    touch = np.where(known[:, None], touch, np.nan)
+    normal = np.where(known[:, None], normal, np.nan)
+    shift = scale(np.where(known, depth, 0.0), normal)
+    return Separation(-depth, touch, touch - shift, normal), np.minimum(lower, depth)
+
+
+def _try_directions(
+    x: Proxy, y: Proxy, look: Look, contacts: Pairs, rough: Indices, ways: Ways, tolerance: Array
+) -> None:
+    """Push along several directions for each row, all at once, and keep what is shorter."""
+    directions, row = _directions(x, y, contacts.at(np.isin(contacts.row, rough)), rough)
+    enough = _reach(x, row, directions) + _reach(y, row, -directions)
+    order = np.lexsort((enough, row))
+    rank = np.empty(len(order), dtype=np.int64)
+    start = np.searchsorted(row[order], row[order])
+    rank[order] = np.arange(len(order)) - start
+    hull = np.arange(len(row)) < 2 * len(AROUND) * len(rough)
+    tried = np.flatnonzero(~hull | (rank < HULL_WAYS))
+    row, directions, enough = row[tried], directions[tried], enough[tried]
+    found = push(
+        lambda w, m: look(row[w], m),
+        directions,
+        enough,
+        ways.length[rough][row],
+        tolerance[rough][row],
+    )
+    order = np.lexsort((np.arange(len(row)), found.length, row))
+    rows, first = np.unique(row[order], return_index=True)
+    ways.put(rough[rows], found.at(order[first]))
+
+
+def _directions(x: Proxy, y: Proxy, contacts: Pairs, rough: Indices) -> tuple[Array, Indices]:
+    """Directions to try, and the row of each: all around, normals of the deepest contacts, ways out of meshes."""
+    count = len(rough)
+    around = np.concatenate([AROUND, -AROUND])
+    found, row = [np.tile(around, (count, 1))], [np.repeat(np.arange(count), len(around))]
+    place = np.searchsorted(rough, contacts.row)
+    rank = np.arange(len(place)) - np.searchsorted(place, place)
+    some = rank < CONTACT_WAYS
+    found.append(contacts.found.normal[some])
+    row.append(place[some])
+    middle = _middle(contacts.at(rank == 0).found)
+    for one, sign in ((x, 1.0), (y, -1.0)):
         for mesh in leaves(one):
             if isinstance(mesh, Polyhedron):
-                ways.append(-sign * point_polyhedron(_middle(contacts), mesh).normal)
-    directions = np.array(ways)
-    enough = _reach(a, directions) + _reach(b, -directions)
-    order = np.argsort(enough, kind="stable")[:TRIED]
-    tried = [*range(2 * len(AROUND), len(ways)), *order.tolist()]
-    for i in dict.fromkeys(tried):
-        yield directions[i], float(enough[i])
+                found.append(-sign * mesh_heights(middle, mesh).normal)
+                row.append(np.arange(count))
+    return np.concatenate(found), np.concatenate(row)
 
 
-def _reach(shape: Proxy, directions: Array) -> Array:
-    """Support function of a single proxy along many directions."""
-    return np.asarray(np.max([support(leaf, directions) for leaf in leaves(shape)], axis=0))
+def _reach(shape: Proxy, row: Indices, directions: Array) -> Array:
+    """Support function of rows of a union along directions."""
+    return np.asarray(np.max([support(leaf[row], directions) for leaf in leaves(shape)], axis=0))
 
 
-def _middle(contacts: Contacts) -> Array:
-    """A point of the deepest overlap."""
-    return np.asarray(contacts.separation.on_a[0] / 2 + contacts.separation.on_b[0] / 2)
+def _middle(deepest: Separation) -> Array:
+    """A point of each deepest overlap."""
+    return deepest.on_a / 2 + deepest.on_b / 2
 
 
-def _different(normals: Array) -> list[Array]:
-    """Normals of the deepest contacts, without those that are almost repeated."""
-    kept: list[Array] = []
-    for n in normals[:MOST]:
-        if all(abs(float(dot(n, k)) - 1) > 1e-3 for k in kept):
-            kept.append(n)
-    return kept
+def _balls(x: Proxy, y: Proxy, deepest: Separation) -> Array:
+    """Lower bounds of depths by two balls around one point, one within each: no less than both radii together.
 
-
-def _balls(a: Proxy, b: Proxy, contacts: Contacts) -> float:
-    """Lower bound of the depth by two balls around one point, one within each: no less than both radii together."""
-    best = 0.0
-    points = [_middle(contacts)]
-    points += [x.reference_point for x in (a, b) if not isinstance(x, Composite)]
+    Only where there is a mesh, of which pieces are thin.
+    """
+    best = np.zeros(len(x))
+    if not any(isinstance(leaf, Polyhedron) and not leaf.solid.is_convex for leaf in (*leaves(x), *leaves(y))):
+        return best
+    points = [_middle(deepest)]
+    points += [leaves(z)[0].reference_point for z in (x, y) if len(leaves(z)) == 1 and not isinstance(z, HalfSpace)]
     for p in points:
-        best = max(best, -(_height(p, a) + _height(p, b)))
+        best = np.maximum(best, -(_height(p, x) + _height(p, y)))
     return best
 
 
-def _height(p: Array, shape: Proxy) -> float:
-    """Upper bound of the signed distance of a point; exact for all but composites."""
+def _height(p: Array, shape: Proxy) -> Array:
+    """Upper bounds of the signed distances of points; exact for all but composites."""
     found = []
     for part in leaves(shape):
         if isinstance(part, Polyhedron):
-            found.append(float(point_polyhedron(p, part).distance))
+            found.append(mesh_heights(p, part).distance)
+        elif isinstance(part, Point):
+            found.append(norm(p - part.position))
         else:
-            found.append(float(_distance(Point(p), part).distance))
-    return min(found)
+            found.append(ask(Point(p), part).distance)
+    return np.asarray(np.min(found, axis=0))
 
 
-def point_polyhedron(p: Array, mesh: Polyhedron) -> Separation:
-    """Signed distance of a point from a polyhedron, exact on both sides of its surface."""
-    gap, foot, outward = point_surface(mesh.solid, into_frame(mesh, p))
+def mesh_heights(p: Array, mesh: Polyhedron) -> Separation:
+    """Signed distances of points from polyhedra, exact on both sides of the surface; points first."""
     turn = rotation_matrix(mesh.rotation)
-    normal = -apply(turn, outward)
-    return Separation(np.asarray(gap), p, apply(turn, foot) + mesh.position, normal)
+    local = apply_inverse(turn, p - mesh.position)
+    gap, foot, outward = points_surface(mesh.solid, local)
+    return Separation(gap, p, apply(turn, foot) + mesh.position, -apply(turn, outward))
+
+
+def _swallowed(a: Proxy, b: Proxy, near: Pairs) -> Bools:
+    """Rows without meeting surfaces in which a part of one union has a point within a polyhedron of the other.
+
+    One point of each connected surface tells for all of it.
+    """
+    found = np.zeros(len(a), dtype=bool)
+    apart = np.ones(len(a), dtype=bool)
+    apart[near.row[near.found.distance <= 0]] = False
+    for row in np.flatnonzero(apart).tolist():
+        parts_a, parts_b = leaves(a[row]), leaves(b[row])
+        found[row] = any(
+            _holds(mesh, point)
+            for ones, others in ((parts_a, parts_b), (parts_b, parts_a))
+            for mesh in ones
+            if isinstance(mesh, Polyhedron)
+            for other in others
+            for point in _representatives(other)
+        )
+    return found
+
+
+def _representatives(part: Proxy) -> Array:
+    """A point of each connected surface of a part; none of a half-space, which no polyhedron holds."""
+    if isinstance(part, HalfSpace):
+        return np.zeros((0, 3))
+    if isinstance(part, Polyhedron):
+        return apply(rotation_matrix(part.rotation), part.vertices[part.solid.shell_corners]) + part.position
+    return part.reference_point[None]
+
+
+def _holds(mesh: Polyhedron, point: Array) -> bool:
+    local = apply_inverse(rotation_matrix(mesh.rotation), point - mesh.position)
+    low, high = mesh.solid.bounds
+    return bool(np.all((low <= local) & (local <= high))) and point_surface(mesh.solid, local)[0] <= 0

@@ -1,4 +1,4 @@
-"""Extreme rays of a cone in general position: qhull proposes them in doubles, and what it proposes is proven or dropped.
+"""Extreme rays of a cone in general position: qhull proposes them in doubles, and they are proven or dropped.
 
 A proposal is three rows. It is right when all other rows are clearly negative on the ray that the three meet in, and
 all is found when the rays close: each two rows that meet at one ray meet at exactly one other. Where doubles leave a
@@ -105,7 +105,12 @@ def _closed(triples: Any, signs: Any, count: int) -> bool:
     senses = np.concatenate([signs, signs, -signs])
     order = np.argsort(keys, kind="stable")
     keys, senses = keys[order], senses[order]
-    if len(keys) % 2 or not np.array_equal(keys[::2], keys[1::2]) or np.any(keys[2::2] == keys[1:-1:2]):
+    if (
+        len(triples) < 4
+        or len(keys) % 2
+        or not np.array_equal(keys[::2], keys[1::2])
+        or np.any(keys[2::2] == keys[1:-1:2])
+    ):
         return False
     return bool(np.all(senses[::2] + senses[1::2] == 0))
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refimpl.boxtree import BoxTree
-from refimpl.bsp import Piece, convex_pieces
+from refimpl.bsp import Piece, bounds_convex, convex_pieces
 from refimpl.hulls import Hull
 from refimpl.linear import Array, cross, dot, norm, unit_or
 from refimpl.meshes import Triangles, require_solid, shells
@@ -66,6 +66,12 @@ class Solid:
         return BoxTree(*self.face_bounds)
 
     @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper corner of the whole, widened by rounding."""
+        slack = 1e-12 * self.extent
+        return self.vertices.min(axis=0) - slack, self.vertices.max(axis=0) + slack
+
+    @cached_property
     def face_bounds(self) -> tuple[Array, Array]:
         """Lower and upper corners of the faces' boxes."""
         return self.corners.min(axis=1), self.corners.max(axis=1)
@@ -74,6 +80,11 @@ class Solid:
     def pieces(self) -> list[Piece]:
         """Convex pieces with disjoint interiors; a convex solid is one."""
         return _pieces(self)
+
+    @cached_property
+    def is_convex(self) -> bool:
+        """Whether the solid is one piece."""
+        return bounds_convex(self.vertices, self.triangles)
 
     @cached_property
     def shell_corners(self) -> NDArray[np.int64]:

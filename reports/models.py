@@ -9,7 +9,7 @@ from oracles.library import Library
 from oracles.models import FORMS
 from reports import text
 
-NAME_WIDTH, SIZE_WIDTH = 52, 10
+NAME_WIDTH, SIZE_WIDTH = 64, 10
 COUNTED = {"hull": "vertices", "solid": "faces", "composite": "parts"}
 """What the size of a form counts."""
 
@@ -26,8 +26,11 @@ def lines(library: Library) -> Iterator[str]:
     for model, defects in library.survey():
         usable.update(form for form in FORMS if not defects[form])
         sizes = "".join(f"{'–' if defects[form] else text.count(model.size(form)):>{SIZE_WIDTH}}" for form in FORMS)
-        yield f"{text.visible(model.name, NAME_WIDTH - 1):<{NAME_WIDTH}}{sizes}"
-        yield from (f"    no {form}: {text.visible(defects[form])}" for form in FORMS if defects[form])
+        yield f"{text.visible(model.name):<{NAME_WIDTH}}{sizes}"
+        if len(said := set(defects.values())) == 1 and "" not in said:  # nothing could be read
+            yield f"    {text.visible(said.pop())}"
+        else:
+            yield from (f"    no {form}: {text.visible(defects[form])}" for form in FORMS if defects[form])
     yield from (f"{text.visible(name)} {text.visible(why)}" for name, why in library.unread.items())
     yield text.visible(library.summary())
     yield ", ".join(f"{text.count(usable[form])} usable as {form}" for form in FORMS)

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import oracles.engines
+from oracles.answers import take
 from oracles.engine import (
     COLUMNS,
     Answers,
@@ -33,10 +34,27 @@ from oracles.engine import (
 from oracles.engines import available_engines, load_engine
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, QUERIES, RAYCAST, cells
 from oracles.worker import EngineWorker
-from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Point, Ray, Sphere
+from refimpl.shapes import (
+    AABB,
+    KDOP,
+    Box,
+    Capsule,
+    Composite,
+    ConvexPolyhedron,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Point,
+    Polyhedron,
+    Ray,
+    Sphere,
+)
+from tests.facing import facing_pair, rows, support_in
 
 ENGINES: dict[str, Engine] = {name: load_engine(name) for name in ("fcl", "bullet")}
-KINDS: tuple[Kind, ...] = (Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box)
+SIMPLE: tuple[Kind, ...] = (Point, Sphere, Capsule, HalfSpace, AABB, Box)
+HULLS, ROUND = (KDOP, ConvexPolyhedron), (Ellipsoid, Cylinder)
+KINDS: tuple[Kind, ...] = (*SIMPLE, Ray, *ROUND, *HULLS, Polyhedron, Composite)
 SUPPORTED = [
     (name, query, A, B)
     for name, engine in ENGINES.items()
@@ -60,44 +78,9 @@ def workers() -> Iterator[dict[str, EngineWorker]]:
         worker.close()
 
 
-def rows(*shapes: Any) -> Array:
-    return np.array([shape.pack() for shape in shapes])
-
-
 # -- scenes whose answer is known by hand --------------------------------------------------------------------
 # Every solid is placed so that a tangent plane of it at right angles to u faces the other one; then the signed
 # distance along u is known whatever the two are, and in the shallow overlaps used here it is the signed distance.
-
-
-def support_in(kind: Kind, u: Array, at: Array) -> Any:
-    """Shape of some type that lies in u·x ≤ u·at and touches that plane at `at`, away from its edges."""
-    if kind is Point:
-        return Point(at)
-    if kind is Sphere:
-        return Sphere(at - 0.75 * u, 0.75)
-    if kind is Capsule:
-        side = np.cross(u, [0.6, 0.0, 0.8])
-        return Capsule(at - 0.5 * u + 0.7 * side, at - 0.5 * u - 0.4 * side, 0.5)
-    if kind is HalfSpace:
-        return HalfSpace(2.5 * u, -2.5 * float(u @ at))
-    if kind is AABB:
-        axis = int(np.argmax(np.abs(u)))
-        half = np.array([0.9, 1.1, 1.3])
-        middle = at - half[axis] * u + np.array([0.2, 0.1, -0.3]) * (np.arange(3) != axis)
-        return AABB(middle - half, middle + half)
-    w = np.array([*np.cross([0.0, 0.0, 1.0], u), 1.0 + u[2]])
-    aside = np.cross(u, [0.3, 0.2, -0.1])
-    return Box(at - 0.8 * u + aside, [1.2, 1.4, 0.8], 3 * (w if np.any(w) else np.array([1.0, 0.0, 0.0, 0.0])))
-
-
-def facing_pair(A: Kind, B: Kind, gap: float, turn: int) -> tuple[Any, Any, Array]:
-    """Shapes whose signed distance is `gap` along the unit vector that is also returned."""
-    directions = [
-        np.array(v, dtype=float) for v in ([1, 0, 0], [0, -1, 0], [0, 0, 1], [2 / 3, -1 / 3, 2 / 3], [-0.6, 0.0, 0.8])
-    ]
-    u = directions[turn % (3 if AABB in (A, B) else 5)]
-    at = np.array([0.3, -0.2, 0.5])
-    return support_in(A, u, at), support_in(B, -u, at + gap * u), u
 
 
 GAPS = (2.0, 0.3, 0.01, -0.01, -0.3)
@@ -116,25 +99,57 @@ def test_known_answers(name: str, query: str, A: Kind, B: Kind, workers: dict[st
     engine = ENGINES[name]
     bound = engine.tolerance(query, A, B)
     assert (answers.status == Status.ANSWERED).all(), answers.errors
+    if {A, B} == {Point, Polyhedron}:  # a point is never on a surface
+        a, b, u, gap, answers = a[gap > 0], b[gap > 0], u[gap > 0], gap[gap > 0], take(answers, gap > 0)
     if query != DISTANCE:
         np.testing.assert_array_equal(answers.hit, gap <= 0)
     told = {DISTANCE: np.full(len(gap), True), CONTACTS: gap <= 0, BOOLEAN: np.full(len(gap), False)}[query]
     least = Convention.DEPTH_OF_ITS_NORMAL not in engine.conventions(query, A, B)
-    # The rounded boxes of Bullet have the same faces as sharp ones, so the value is the nominal one.
-    # FCL's GJK is off by more than it promises on curved pairs, which is for the campaign to find; a mistake of
-    # the adapter would be as large as the shapes.
+    if name == "fcl" and Polyhedron in (A, B):
+        check_fcl_on_a_mesh(query, A, B, answers, u, gap)
+        return
+    # Bullet's rounded boxes and cylinders have the faces of sharp ones; its hulls and triangles are grown.
+    gap = gap - growth(name, A, B, a, b)
+    # FCL's GJK is off by more than it promises on curved pairs, and Bullet's on cylinders, which is for the campaign to
+    # find; a mistake of the adapter would be as large as the shapes.
     sane = 2e-3 if name == "fcl" and query == DISTANCE else float(bound.value.at(5.0))
+    if name == "bullet" and {A, B} & {KDOP, ConvexPolyhedron, Cylinder}:
+        sane = 1e-3  # the steps of a hull's grid
     excess = answers.distance - gap
     assert (np.abs(excess) <= sane)[told].all() if least else (excess <= sane)[told].all()
     says = engine.says(query, A, B)
+    loose = max(1e-5, 3 * sane) if {A, B} - set(SIMPLE) else 1e-5
     if "normal" in says and least:
-        np.testing.assert_allclose(answers.normal[told], u[told], rtol=0, atol=1e-5)
+        np.testing.assert_allclose(answers.normal[told], u[told], rtol=0, atol=loose)
     if {"on_a", "on_b"} <= says:
-        apart = answers.on_b - answers.on_a
-        np.testing.assert_allclose(apart[told], (gap[:, None] * u)[told], rtol=0, atol=5e-3 if name == "fcl" else 1e-9)
+        apart, slack = answers.on_b - answers.on_a, 1e-9 if not {A, B} - set(SIMPLE) else loose
+        np.testing.assert_allclose(apart[told], (gap[:, None] * u)[told], rtol=0, atol=5e-3 if name == "fcl" else slack)
     if "point" in says and least and not fcl_misplaces(A, B):
         height = ((answers.point - np.array([0.3, -0.2, 0.5])) * u).sum(axis=1)
         assert ((height >= gap - 1e-6) & (height <= 1e-6))[told].all()
+
+
+def growth(name: str, A: Kind, B: Kind, a: Array, b: Array) -> float:
+    """By how much Bullet grows hulls and triangles towards each other."""
+    if name == "fcl" or (Composite in (A, B) and Polyhedron in (A, B)):
+        return 0.0
+    sides = zip((A, B), ENGINES[name].effective(DISTANCE, A, a, B, b), strict=True)
+    return sum(float(side.margin[0]) for kind, side in sides if kind in (*HULLS, Polyhedron))
+
+
+def check_fcl_on_a_mesh(query: str, A: Kind, B: Kind, answers: Answers, u: Array, gap: Array) -> None:
+    """A surface has gaps and contacts; FCL's points of it come swapped, or in frames of their own."""
+    if query != DISTANCE:
+        return
+    bare = bool({A, B} & {Point, Sphere, Composite})
+    np.testing.assert_allclose(answers.distance[gap > 0], gap[gap > 0], rtol=0, atol=2e-3)
+    assert (answers.distance[gap < 0] == -np.inf).all() or bare
+    apart = (answers.on_b - answers.on_a)[gap > 0]
+    straight, swapped = gap[gap > 0, None] * u[gap > 0], -gap[gap > 0, None] * u[gap > 0]
+    if not bare and A is B:
+        np.testing.assert_allclose(apart, straight, rtol=0, atol=1e-6)
+    elif not bare:
+        np.testing.assert_allclose(apart, straight if A is Polyhedron else swapped, rtol=0, atol=5e-3)
 
 
 def fcl_misplaces(A: Kind, B: Kind) -> bool:
@@ -162,13 +177,18 @@ def test_every_promised_column_is_filled(
     )
     answers = workers[name].answer(query, A, B, rows(a), rows(solid))
     filled = {n for n in COLUMNS if not np.isnan(getattr(answers, n)).any()}
+    if query == CONTACTS and {A, B} == {Point, Polyhedron}:
+        assert filled == {"hit"}  # a point is never on a surface
+        return
+    if query == DISTANCE and Convention.NO_DEPTH in engine.conventions(query, A, B):
+        filled |= {"on_a", "on_b"}  # of an overlap, there are none
     assert filled == engine.says(query, A, B), answers.errors
 
 
 # -- rays ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("B", [Sphere, Capsule, HalfSpace, AABB, Box], ids=cell_id)
+@pytest.mark.parametrize("B", [k for k in KINDS if k not in (Point, Ray, Ellipsoid)], ids=cell_id)
 def test_rays_of_bullet(B: Kind, workers: dict[str, EngineWorker]) -> None:
     """Head-on hits, times in units of the direction's length, misses to the side and backwards."""
     u, at = np.array([0.0, 0.0, 1.0]), np.zeros(3)
@@ -176,7 +196,7 @@ def test_rays_of_bullet(B: Kind, workers: dict[str, EngineWorker]) -> None:
     scenes = [(Ray(at + 3 * u, -length * u), 3 / length) for length in (0.01, 1.0, 50.0)]
     scenes += [(Ray(at + 3 * u, u), math.inf), (Ray([0.0, 1e4, 3.0], [1.0, 0.0, 0.0]), math.inf)]
     rays, times = zip(*scenes, strict=True)
-    answers = workers["bullet"].answer(RAYCAST, Ray, B, rows(*rays), np.broadcast_to(solid.pack(), (5, B.width())))
+    answers = workers["bullet"].answer(RAYCAST, Ray, B, rows(*rays), np.tile(solid.pack(), (5, 1)))
     hit = np.isfinite(times)
     np.testing.assert_array_equal(answers.hit, hit)
     np.testing.assert_array_equal(answers.t[~hit], np.inf)
@@ -184,7 +204,7 @@ def test_rays_of_bullet(B: Kind, workers: dict[str, EngineWorker]) -> None:
     early = 3.0 - answers.t[hit] * lengths
     bound = ENGINES["bullet"].tolerance(RAYCAST, Ray, B).value.at(np.full(3, 3.0))
     assert (early >= -1e-12).all()
-    assert (early <= bound).all()
+    assert (early <= bound + (0.001 if B in HULLS else 0.0)).all()
     np.testing.assert_allclose(answers.normal[hit], np.broadcast_to(u, (3, 3)), rtol=0, atol=1e-6)
     np.testing.assert_allclose(answers.point[hit, 2], early, rtol=0, atol=1e-12)
 
@@ -287,14 +307,14 @@ def test_everything_is_declared_for_every_cell(name: str, query: str, A: Kind, B
     assert (support.kind is SupportKind.EMULATED) == bool(support.reason)
     assert bound.reason
     for one in (bound.value, bound.witness, bound.boolean):
-        assert 0 < float(one.at(1.0)) <= 1.1e-3
+        assert 0 < float(one.at(1.0)) <= (2.7e-3 if Composite in (A, B) else 1.1e-3)
     assert all(engine.conventions(query, A, B).values())
     a, b = (np.tile(ray_or_solid(kind).pack(), (3, 1)) for kind in (A, B))
     for kind, given, side in zip((A, B), (a, b), engine.effective(query, A, a, B, b), strict=True):
-        assert side.kind is kind
-        assert side.rows.shape == given.shape
+        assert side.kind is {KDOP: side.kind, Polyhedron: Composite}.get(kind, kind)
+        assert len(side.rows) == len(given)
         assert (side.margin >= 0).all()
-        kind.unpack(side.rows)
+        side.kind.unpack(side.rows)
 
 
 def ray_or_solid(kind: Kind) -> Any:
@@ -313,20 +333,22 @@ def test_what_is_not_supported_says_why() -> None:
             with pytest.raises(UnsupportedCell, match=name):
                 engine.solver(query, A, B)
             with pytest.raises(UnsupportedCell, match=name):
-                engine.repro(query, A, B, [1.0] * A.width(), [1.0] * B.width())
+                engine.repro(query, A, B, [], [])
     with pytest.raises(ValueError, match="no query 'touch'; there are distance"):
         ENGINES["fcl"].support("touch", Sphere, Sphere)
 
 
 def test_how_much_of_the_table_is_supported() -> None:
     asked = {name: sum(bool(e.support(c.query, c.type_a, c.type_b)) for c in cells()) for name, e in ENGINES.items()}
-    assert asked == {"fcl": 53, "bullet": 62}
+    assert asked == {"fcl": 218, "bullet": 196}
     fcl, bullet = (
         {(c.query, c.pair) for c in cells() if not e.support(c.query, c.type_a, c.type_b)} for e in ENGINES.values()
     )
-    assert {pair for query, pair in fcl if query == RAYCAST} == {f"Ray–{k.__name__}" for k in KINDS[2:]}
+    assert {pair for query, pair in fcl if query == RAYCAST} == {f"Ray–{k.__name__}" for k in {*KINDS} - {Point, Ray}}
     assert {query for query, pair in fcl if "HalfSpace" in pair} == {RAYCAST, DISTANCE, CONTACTS}
-    assert bullet == {(query, "HalfSpace–HalfSpace") for query in (DISTANCE, CONTACTS, BOOLEAN)}
+    without_rays = {"HalfSpace–HalfSpace", "HalfSpace–Polyhedron", "Polyhedron–Polyhedron"}
+    assert {pair for _, pair in bullet if "Ellipsoid" not in pair} == without_rays
+    assert {pair for query, pair in bullet if query == RAYCAST} == {"Ray–Ellipsoid"}
 
 
 def test_portal_refinement_gives_a_direction_that_separates_but_not_the_least_depth(
@@ -517,14 +539,22 @@ TYPICAL = [
         (AABB, Box),
         (Ray, Capsule),
         (Ray, HalfSpace),
+        (Point, ConvexPolyhedron),
+        (KDOP, Composite),
+        (Box, Polyhedron),
+        (Ellipsoid, Cylinder),
+        (Ray, Composite),
+        (Ray, Polyhedron),
     }
 ]
 
 
 def scripted_scene(A: Kind, B: Kind, query: str) -> tuple[list[float], list[float]]:
     u = np.array([0.0, 0.0, 1.0]) if AABB in (A, B) else np.array([2 / 3, -1 / 3, 2 / 3])
-    b = support_in(B, -u, np.array([0.1, 0.7, 0.3]) - 0.01 * u)
-    a = Ray([-4.0, 2.0, -4.0], [1.0, -0.3, 1.1]) if query == RAYCAST else support_in(A, u, np.array([0.1, 0.7, 0.3]))
+    gap = 0.3 if Polyhedron in (A, B) and query == DISTANCE else -0.01
+    b = support_in(B, -u, np.array([0.1, 0.7, 0.3]) + gap * u)
+    at = np.array([0.1, 0.7, 0.3])
+    a = Ray(at - 3.3 * u, 1.1 * u) if query == RAYCAST else support_in(A, u, at)
     return a.pack().tolist(), b.pack().tolist()
 
 

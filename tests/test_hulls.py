@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from refimpl import faces, hulls, proposals
 from refimpl.derived import hull_of_planes, hull_of_vertices
 from refimpl.hulls import hull_of_box
 from refimpl.linear import apply, rotation_matrix
@@ -93,7 +94,7 @@ def check_hull_of_points(hull, points):
         size = np.sqrt(float(dot(n, n)))
         assert np.allclose(hull.planes[f, :3], [float(x) / size for x in n], rtol=0, atol=1e-15)
         reach = float(max(abs(x) for p in corners for x in p))
-        assert abs(hull.planes[f, 3] + float(dot(n, a)) / size) <= 4e-16 * reach
+        assert abs(hull.planes[f, 3] + float(dot(n, a)) / size) <= 1e-15 * reach
 
 
 def spread(corners):
@@ -152,6 +153,7 @@ POINT_SETS = {
     "of very different sizes": rng.normal(size=(9, 3)) * 10.0 ** rng.integers(-9, 9, (9, 1)),
     "huge": rng.normal(size=(8, 3)) * 1e300,
     "tiny": rng.normal(size=(8, 3)) * 1e-290,
+    "one number of 5e-300": np.array([[-1, -1, -1], [-1, 1, 1], [1, -1, 1], [1, 1, -1], [0, 0, 5e-300]]),
 }  # fmt: skip
 
 
@@ -299,6 +301,52 @@ def test_a_bad_row_is_named_in_a_batch():
         KDOP([*np.eye(3), [1, 1, 1]], [-1, -1, -1, 0], [[1] * 4, [-0.5, -0.5, -0.5, 1], [1] * 4])
 
 
+# ---- two methods, one answer --------------------------------------------------------------------------------------
+
+
+def both_ways(monkeypatch, find, numbers):
+    """What is found with proposals, and by the double description method alone."""
+    found = []
+    for fewest in (proposals.FEWEST, 10**9):
+        hulls._kept.cache_clear()
+        monkeypatch.setattr(proposals, "FEWEST", fewest)
+        found.append(find(numbers))
+    monkeypatch.undo()
+    return found
+
+
+def test_proposals_change_nothing_but_the_time(monkeypatch):
+    """Random sets in general position and not, thin ones, and those near the doubt: the same faces to the bit."""
+    kinds = [np.random.default_rng(20).normal(size=(n, 3)) for n in (9, 20, 60)]
+    kinds += [np.round(k * 2) / 2 for k in kinds] + [k * [1, 1, s] for k in kinds for s in (1e-3, 1e-9, 1e-12)]
+    kinds += [apply(TURN, CORNERS * [1, 2, 3]).repeat(2, axis=0), around_unit_ball(40)[:, :3] * 1e-13 + 1]
+    for points in kinds:
+        assert same(*both_ways(monkeypatch, hull_of_vertices, points))
+    for planes in [around_unit_ball(n, s) for n in (9, 20, 60) for s in (0.1, 1e-3, 1e-9)] + list(PLANE_SETS.values()):
+        assert same(*both_ways(monkeypatch, hull_of_planes, planes))
+
+
+def test_proposals_are_made_where_they_should_be_and_proven(monkeypatch):
+    points = np.random.default_rng(21).uniform(-1, 1, (20, 3))
+    rows = [(x, y, z, 1) for x, y, z in faces.on_grid(points)[0]]
+    near = np.c_[points, np.ones(20)]
+    found = proposals.proposed_rays(rows, near, upwards=False)
+    assert len(found) >= 20
+    right = proposals._faces_by_qhull(points)
+    for wrong in (
+        right[1:],
+        right[[0, *range(len(right))]],
+        np.sort((right + np.eye(3, dtype=int)[2]) % 20, axis=1),
+        right[:0],
+    ):
+        monkeypatch.setattr(proposals, "_faces_by_qhull", lambda _, wrong=wrong: wrong)
+        assert proposals.proposed_rays(rows, near, upwards=False) is None
+    monkeypatch.undo()
+    assert proposals.proposed_rays(rows * 2, np.concatenate([near, near]), upwards=False) is None  # each point twice
+    grid = [(x, y, z, 1) for x, y, z in faces.on_grid(GRID)[0]]
+    assert proposals.proposed_rays(grid, np.c_[GRID, np.ones(27)], upwards=False) is None  # many points on a face
+
+
 # ---- flat sets ---------------------------------------------------------------------------------------------------
 
 FLAT_POINTS = {
@@ -416,3 +464,29 @@ def test_poses_share_one_geometry():
     assert moved.numbers.strides[0] == 0
     assert moved.hull.vertices.strides[0] == 0
     assert same(moved[5].hull, hull_of_planes(CUBE_PLANES))
+
+
+@pytest.mark.parametrize("given", ["planes", "vertices"])
+def test_a_shared_geometry_is_copied_only_when_its_numbers_are_asked_for(given):
+    """Scaled row by row, it is what each row would be alone."""
+    cloud = around_unit_ball(9)
+    one = ConvexPolyhedron(cloud) if given == "planes" else ConvexPolyhedron.from_vertices(cloud[:, :3])
+    exponents = np.arange(-5, 5)
+    many = one.translated(rng.normal(size=(10, 3)))
+    scaled = many.times_power(exponents).times_power(2)[::-1].rotated([1, 2, 3, 4])[1:]
+    assert "numbers" not in scaled.__dict__
+    assert scaled.derived().table is one.derived().table
+    for i in range(9):
+        alone = (
+            one.translated(many.position[8 - i]).times_power(int(exponents[8 - i])).times_power(2).rotated([1, 2, 3, 4])
+        )
+        again = type(one).unpack(alone.pack())
+        for row in (scaled[i], alone):
+            assert np.array_equal(row.pack(), again.pack())
+            assert same(row.hull, again.hull)
+            assert np.array_equal(row.identity()[1], again.identity()[1])
+        assert np.array_equal(scaled.identity()[1][i], alone.identity()[1])
+    assert np.array_equal(scaled.numbers, np.stack([scaled[i].numbers for i in range(9)]))
+    assert not scaled.numbers.flags.writeable
+    with pytest.raises(AttributeError):
+        _ = scaled.number

@@ -27,7 +27,8 @@ from tests.truth.rationals import DIGITS, real
 CONVEX = {Point, *GROW}
 PAIRS = [pair for pair in TABLE if pair[0] is not Ray]
 CONVEX_PAIRS = [pair for pair in PAIRS if set(pair) <= CONVEX]
-SOLIDS = list(GROW)
+MOVABLE = [pair for pair in CONVEX_PAIRS if pair != (HalfSpace, HalfSpace)]
+"""Two half-spaces have a distance only while they face exactly, which no rounded motion keeps."""
 BOUNDED = [kind for kind in CONVEX if kind is not HalfSpace]
 EXAMPLES = settings.default.max_examples if settings.default else 20
 FEW = settings(max_examples=max(EXAMPLES * 2 // 5, 1))
@@ -73,7 +74,7 @@ def _shift(before: Proxy, after: Proxy, n: Any, m: Any, offset: Any, factor: flo
     return abs(float(moved))
 
 
-@pytest.mark.parametrize("pair", CONVEX_PAIRS, ids=name_of)
+@pytest.mark.parametrize("pair", MOVABLE, ids=name_of)
 @FEW
 @given(data=st.data(), place=PLACES, quaternion=QUATERNIONS)
 def test_isometries_keep_the_distance(pair: Any, data: Any, place: Any, quaternion: Any) -> None:
@@ -81,7 +82,6 @@ def test_isometries_keep_the_distance(pair: Any, data: Any, place: Any, quaterni
     a, b = drawn(data, pair)
     q = np.array(quaternion) if AABB not in pair else np.array([0.0, 0.0, 0.0, 1.0])
     sigma = distance(a, b)
-    assume(math.isfinite(sigma.distance) and pair != (HalfSpace, HalfSpace))
     offset = place * size_of(a, b)
     try:
         moved = [x.translated(offset) if AABB in pair else x.transformed(q, offset) for x in (a, b)]
@@ -110,7 +110,8 @@ def test_scaling_scales_the_distance(pair: Any, data: Any, power: int, factor: f
     sigma = distance(a, b)
     exact = distance(a.scaled(2.0**power), b.scaled(2.0**power))
     assert exact.distance == np.ldexp(sigma.distance, power)
-    assume(math.isfinite(sigma.distance) and pair != (HalfSpace, HalfSpace))
+    if pair not in MOVABLE:
+        return
     try:
         scaled = a.scaled(factor), b.scaled(factor)
     except ShapeError:

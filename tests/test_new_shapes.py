@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 from dataclasses import fields
 from fractions import Fraction
 
@@ -11,8 +13,9 @@ import numpy as np
 import pytest
 
 import refimpl.shapes
-from refimpl.bounds import support
+from refimpl.bounds import aabb, bounding_sphere, support
 from refimpl.linear import apply, apply_inverse, dot, norm, rotation_matrix
+from refimpl.mass import mass_properties
 from refimpl.principal import principal_axes, quaternion_of
 from refimpl.shapes import (
     AABB,
@@ -91,6 +94,17 @@ def kind(shape):
         (lambda: ConvexPolyhedron(CUBE, rotation=[0, 0, 0, 0]), "ConvexPolyhedron.rotation must not be zero"),
         (lambda: ConvexPolyhedron(CUBE, [1, 2]), "ConvexPolyhedron.position: expected 3 numbers"),
         (lambda: ConvexPolyhedron([CUBE] * 2, np.zeros((3, 3))), "do not broadcast: planes (2,), position (3,)"),
+        (
+            lambda: ConvexPolyhedron([CUBE, [*CUBE[:5], [0, 0, -1e-300, -1e300]]]),
+            "ConvexPolyhedron: a plane lies beyond the largest float, at index (1,)",
+        ),
+        (
+            lambda: ConvexPolyhedron(
+                [[1, 0, 0, -1e308], [-1, 1e-3, 0, 0], [0, -1, 0, 0], [0, 0, 1, -1], [0, 0, -1, 0]]
+            ),
+            "ConvexPolyhedron: a corner lies beyond the largest float",
+        ),
+        (lambda: KDOP(np.eye(3) * 1e-300, [0, 0, 0], [1e300, 1, 1]), "KDOP: a plane lies beyond the largest float"),
         (lambda: KDOP.unpack([3.5, 1, 2]), "KDOP.unpack: sizes must be whole numbers"),
         (lambda: KDOP.unpack([3, 1, 2]), "KDOP.unpack: expected rows of 16 numbers"),
         (lambda: KDOP.unpack([]), "KDOP.unpack: expected 1 sizes first"),
@@ -188,6 +202,31 @@ def test_what_puts_two_proxies_in_order_is_the_same_alone_and_in_a_batch():
         assert many.identity()[0] == alone.identity()[0]
         assert np.array_equal(many.identity()[1][0], alone.identity()[1])
     assert not np.array_equal(batch.identity()[1][1], shared.identity()[1][1])
+
+
+def test_a_batch_of_none_is_one():
+    for shape in NEW:
+        none = shape.broadcast_to((3,))[:0]
+        fresh = [
+            none,
+            KDOP(np.eye(3), np.zeros((0, 3)), np.ones((0, 3))),
+            ConvexPolyhedron.from_vertices(np.zeros((0, 5, 3))),
+        ]
+        for empty in fresh:
+            assert empty.batch_shape == (0,)
+            assert empty.magnitude.shape == (0,)
+            assert empty.reference_point.shape == (0, 3)
+            assert empty.flattened().times_power(np.zeros(0, dtype=int)).batch_shape == (0,)
+            assert empty.pack().shape[0] == empty.identity()[1].shape[0] == 0
+            assert aabb(empty).batch_shape == bounding_sphere(empty).batch_shape == (0,)
+            assert mass_properties(empty).volume.shape == (0,)
+
+
+def test_proxies_can_be_sent_to_another_process():
+    for shape in [*NEW, NEW[4].translated(CLOUD)[3:].times_power(2)]:
+        again = pickle.loads(pickle.dumps(shape))
+        assert np.array_equal(again.pack(), shape.pack())
+        assert np.array_equal(copy.deepcopy(shape).times_power(1).pack(), shape.times_power(1).pack())
 
 
 # ---- k-DOPs around points ----------------------------------------------------------------------------------------

@@ -67,7 +67,7 @@ def geometry_rows(hulls: Hull) -> tuple[Array, Array]:
     vertices, edges = hulls.vertices, hulls.edges
     middle = np.min(vertices, axis=1) / 2 + np.max(vertices, axis=1) / 2
     inner, normals = vertices - middle[:, None, :], hulls.planes[..., :3]
-    offsets = np.max(dot(inner[:, None, :, :], normals[:, :, None, :]), axis=-1)
+    offsets = np.stack([np.max(dot(inner, normals[:, i, None, :]), axis=1) for i in range(normals.shape[1])], axis=1)
     faces = np.concatenate([normals, offsets[..., None], np.zeros((*offsets.shape, FACE - 4))], axis=-1)
     start, end = (np.take_along_axis(inner, np.repeat(edges[..., i, None], 3, axis=2), axis=1) for i in (0, 1))
     sides = (np.take_along_axis(normals, np.repeat(edges[..., i, None], 3, axis=2), axis=1) for i in (2, 3))
@@ -75,13 +75,13 @@ def geometry_rows(hulls: Hull) -> tuple[Array, Array]:
     links = np.concatenate([edges, unit_or(end - start, STILL[0])[0], chords], axis=-1)
     parts = [inner, faces, links]
     counts = np.stack([_different(hulls.vertices), _different(hulls.planes), _different(edges)], axis=1)
-    centre = np.cumsum(inner, axis=1)[:, -1] / inner.shape[1]  # one by one: the same bits in any batch
     starts = np.zeros((len(inner), 3))
     starts[:] = FIRST + np.cumsum([p.shape[1] * p.shape[2] for p in parts])
-    if inner.shape[1] > MANY:
+    many = counts[:, 0] > MANY
+    starts[:, 2] *= many
+    if many.any():
         parts.append(_directory(inner))
-    else:
-        starts[:, 2] = 0.0
+    centre = hulls.middle - middle
     return np.concatenate([counts, centre, starts, *(p.reshape(len(p), -1) for p in parts)], axis=1), middle
 
 

@@ -6,11 +6,13 @@ import numpy as np
 
 from refimpl.algorithms.nearest import nearest_on_segment
 from refimpl.boxtree import BoxTree, near_pairs
-from refimpl.linear import Array, cross, dot, norm, scale, unit_or
-from refimpl.meshes import winding_number
+from refimpl.linear import Array, Bools, cross, dot, norm, scale, unit_or
+from refimpl.meshes import winding_numbers
 from refimpl.solids import Solid
 
 STILL = np.eye(3)
+FEW_FACES = 256  # so many faces are looked at without a tree
+CHUNK = 256  # points that are answered together
 BATCH = 32  # triangles that are looked at together
 
 
@@ -48,18 +50,45 @@ def nearest_on_triangles(p: Array, corners: Array) -> Array:
     return np.asarray(best)
 
 
-def point_surface(solid: Solid, p: Array) -> tuple[float, Array, Array]:
-    """Signed distance of a point from a solid, the nearest point of its surface, and the unit normal there.
+def points_surface(solid: Solid, points: Array) -> tuple[Array, Array, Array]:
+    """Signed distances of points from a solid, the nearest points of its surface, and the unit normals there.
 
     Inside, the nearest point of the surface is where the shortest way out ends, so this is exact on both sides. Where
-    the point is on the surface, the normal is its face's.
+    a point is on the surface, the normal is its face's.
 
     Parameters
     ----------
     solid : Solid
-    p : (3,)
+    points : (n, 3)
         In the solid's frame.
     """
+    if len(solid.triangles) > FEW_FACES:
+        found = [point_surface(solid, p) for p in points]
+        return (
+            np.array([gap for gap, _, _ in found]),
+            np.array([foot for _, foot, _ in found]).reshape(-1, 3),
+            np.array([normal for _, _, normal in found]).reshape(-1, 3),
+        )
+    parts = [_all_faces(solid, points[i : i + CHUNK]) for i in range(0, len(points), CHUNK)]
+    gap, foot, normal = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return gap, foot, normal
+
+
+def _all_faces(solid: Solid, points: Array) -> tuple[Array, Array, Array]:
+    """The same for few faces: all of them are looked at."""
+    count, faces = len(points), len(solid.triangles)
+    from_point = np.repeat(points, faces, axis=0)
+    feet = nearest_on_triangles(from_point, np.tile(solid.corners, (count, 1, 1)))
+    gaps = norm(from_point - feet).reshape(count, faces)
+    face = np.argmin(gaps, axis=1)
+    rows = np.arange(count)
+    gap, foot = gaps[rows, face], feet.reshape(count, faces, 3)[rows, face]
+    inside = winding_numbers(solid.corners, points, solid.face_bounds) > 0
+    return _signed(points, gap, foot, inside, solid.corners[face])
+
+
+def point_surface(solid: Solid, p: Array) -> tuple[float, Array, Array]:
+    """Signed distance of one point from a solid, by the tree of its faces; see `points_surface`."""
     faces, _, bounds = near_pairs(solid.surface, BoxTree(p[None], p[None]), STILL, np.zeros(3), np.inf)
     gap, foot, face, start = np.inf, p, 0, 0
     while start < len(faces) and bounds[start] <= gap:
@@ -70,15 +99,14 @@ def point_surface(solid: Solid, p: Array) -> tuple[float, Array, Array]:
         if gaps[i] < gap:
             gap, foot, face = float(gaps[i]), feet[i], int(some[i])
         start += BATCH
-    outward = _outward(solid.corners[face])
-    if gap == 0:
-        return 0.0, foot, outward
-    inside = winding_number(solid.corners, p, solid.face_bounds) > 0
-    away, _ = unit_or((foot - p) if inside else (p - foot), outward)
-    if abs(float(dot(away, outward))) > 1 - 1e-8:  # over a face: its own normal has fewer roundings
-        away = outward
-    return (-gap if inside else gap), foot, away
+    inside = winding_numbers(solid.corners, p[None], solid.face_bounds) > 0
+    signed, _, normal = _signed(p[None], np.array([gap]), foot[None], inside, solid.corners[face][None])
+    return float(signed[0]), foot, normal[0]
 
 
-def _outward(corners: Array) -> Array:
-    return unit_or(cross(corners[1] - corners[0], corners[2] - corners[0]), STILL[2])[0]
+def _signed(p: Array, gap: Array, foot: Array, inside: Bools, corners: Array) -> tuple[Array, Array, Array]:
+    """Signed distances, feet, and outward normals."""
+    outward = unit_or(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), STILL[2])[0]
+    away, _ = unit_or(np.where(inside[:, None], foot - p, p - foot), outward)
+    over = (np.abs(dot(away, outward)) > 1 - 1e-8) | (gap == 0)  # over a face: its own normal has fewer roundings
+    return np.where(inside, -gap, gap), foot, np.where(over[:, None], outward, away)

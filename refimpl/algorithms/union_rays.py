@@ -6,16 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from refimpl.algorithms.surfaces import point_surface
+from refimpl.algorithms.surfaces import points_surface
 from refimpl.atoms import leaves
 from refimpl.boxtree import SLACK
-from refimpl.linear import Array, apply, apply_inverse, cross, dot, rotation_matrix, unit_or
+from refimpl.linear import Array, apply, apply_inverse, cross, dot, rotation_matrix, scale, unit_or
 from refimpl.proxy import Proxy
 from refimpl.shapes import Polyhedron, Ray
 from refimpl.signs import ROUNDING, TINY, Indices, Signs, on_grid
 from refimpl.solids import Solid
 
 Entry = tuple[Array, Array]
+CELLS = 2**16  # rays times faces that are looked at together
 
 
 def union_ray(ray: Ray, b: Proxy) -> Entry:
@@ -27,62 +28,72 @@ def union_ray(ray: Ray, b: Proxy) -> Entry:
         `b` a `Polyhedron` or a `Composite`. Finite for polyhedra: the faces that the ray passes are told apart by exact
         signs, so that no ray slips through between two of them. For composites the first entry into any part.
     """
-    found = [_first(ray[i], b[i]) for i in range(len(ray))]
-    times = np.array([t for t, _ in found])
-    return times, np.array([n for _, n in found]).reshape(len(found), 3)
-
-
-def _first(ray: Ray, b: Proxy) -> tuple[float, Array]:
     from refimpl.queries import raycast  # noqa: PLC0415  the door needs the pair table, which names this module
 
-    best, normal = np.inf, np.full(3, np.nan)
+    best, normal = np.full(len(ray), np.inf), np.full((len(ray), 3), np.nan)
     for part in leaves(b):
         if isinstance(part, Polyhedron):
-            t, n = _enter_polyhedron(ray, part)
+            t, n = ray_polyhedron(ray, part)
         else:
             hit = raycast(ray, part)
-            t, n = float(hit.t), hit.normal
-        if t < best:
-            best, normal = t, n
+            t, n = hit.t, hit.normal
+        first = t < best
+        best, normal = np.where(first, t, best), np.where(first[:, None], n, normal)
     return best, normal
 
 
-def _enter_polyhedron(ray: Ray, mesh: Polyhedron) -> tuple[float, Array]:
+def ray_polyhedron(ray: Ray, mesh: Polyhedron) -> Entry:
+    """Time and outward normal of the first point of a polyhedron on a ray."""
     turn = rotation_matrix(mesh.rotation)
     origin, direction = apply_inverse(turn, ray.origin - mesh.position), apply_inverse(turn, ray.direction)
-    if point_surface(mesh.solid, origin)[0] <= 0:
-        return 0.0, np.full(3, np.nan)
-    faces = _on_the_way(mesh.solid, origin, direction)
-    corners = mesh.solid.corners[faces]
-    signs, sizes = _sides(origin, direction, corners)
+    step = max(1, CELLS // len(mesh.triangles))
+    parts = [
+        _enter(mesh.solid, origin[i : i + step], direction[i : i + step]) for i in range(0, max(len(ray), 1), step)
+    ]
+    times, normals = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return times, apply(turn, normals)
+
+
+def _enter(solid: Solid, origin: Array, direction: Array) -> Entry:
+    """The same in the mesh's frame."""
+    count = len(origin)
+    row, face = _on_the_way(solid, origin, direction)
+    corners = solid.corners[face]
+    signs, sizes = _sides(origin[row], direction[row], corners)
     through = ((signs.min(axis=1) >= 0) | (signs.max(axis=1) <= 0)) & np.any(signs != 0, axis=1)
-    if not np.any(through):
-        return np.inf, np.full(3, np.nan)
-    corners, sizes = corners[through], np.abs(sizes[through])
+    row, corners, sizes = row[through], corners[through], np.abs(sizes[through])
     shares = sizes / np.sum(sizes, axis=1)[:, None]
-    point = sum(shares[:, i, None] * (corners[:, i] - origin) for i in range(3))
+    offset = np.zeros((len(row), 3))
+    for i in range(3):
+        offset = offset + scale(shares[:, i], corners[:, i] - origin[row])
     along, _ = unit_or(direction, direction)
-    times = dot(np.asarray(point), along[None]) / float(dot(direction, along))
+    reached = dot(offset, along[row]) / dot(direction, along)[row]
     outward = unit_or(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), np.eye(3)[2])[0]
-    times = np.where(times >= 0, times, np.inf)
-    first = np.flatnonzero(times <= np.min(times) * (1 + 4 * ROUNDING))
-    row = first[int(np.argmin(dot(outward[first], along[None])))]  # of several, the one that faces the ray most
-    return float(times[row]), apply(turn, outward[row])
+    reached = np.where(reached >= 0, reached, np.inf)
+    times, normals = np.full(count, np.inf), np.full((count, 3), np.nan)
+    np.minimum.at(times, row, reached)
+    first = np.flatnonzero(np.isfinite(reached) & (reached <= times[row] * (1 + 4 * ROUNDING)))
+    facing = dot(outward[first], along[row[first]])
+    order = first[np.lexsort((facing, row[first]))]  # of several, the face that faces the ray most
+    rows, begin = np.unique(row[order], return_index=True)
+    normals[rows], times[rows] = outward[order[begin]], reached[order[begin]]
+    times[points_surface(solid, origin)[0] <= 0] = 0.0
+    return times, normals
 
 
-def _on_the_way(solid: Solid, origin: Array, direction: Array) -> Indices:
-    """Faces whose boxes, a little widened, the ray passes."""
+def _on_the_way(solid: Solid, origin: Array, direction: Array) -> tuple[Indices, Indices]:
+    """Rays, and faces whose boxes, a little widened, they pass."""
     low, high = solid.face_bounds
-    slack = SLACK * (solid.extent + np.max(np.abs(origin)))
+    o, d = origin[:, None], direction[:, None]
+    slack = SLACK * (solid.extent + np.abs(o))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        one, other = (low - slack - origin) / direction, (high + slack - origin) / direction
-    enter, leave = np.minimum(one, other), np.maximum(one, other)
-    still = direction == 0
-    beside = still & ((low - slack > origin) | (high + slack < origin))
-    enter, leave = np.where(still, -np.inf, enter), np.where(still, np.inf, leave)
-    widen = 1 + 2 * SLACK
-    passed = (enter.max(axis=1) <= leave.min(axis=1) * widen) & (leave.min(axis=1) >= 0) & ~np.any(beside, axis=1)
-    return np.flatnonzero(passed)
+        one, other = (low - slack - o) / d, (high + slack - o) / d
+    still = d == 0
+    beside = np.any(still & ((low - slack > o) | (high + slack < o)), axis=2)
+    enter = np.max(np.where(still, -np.inf, np.minimum(one, other)), axis=2)
+    leave = np.min(np.where(still, np.inf, np.maximum(one, other)), axis=2)
+    row, face = np.nonzero((enter <= leave * (1 + 2 * SLACK)) & (leave >= 0) & ~beside)
+    return row, face
 
 
 def _sides(origin: Array, direction: Array, corners: Array) -> tuple[Signs, Array]:
@@ -91,20 +102,20 @@ def _sides(origin: Array, direction: Array, corners: Array) -> tuple[Signs, Arra
     signs: Signs = np.sign(value).astype(np.int8)
     unsure = np.flatnonzero(np.any(np.abs(value) <= 32 * ROUNDING * size + TINY, axis=1))
     if len(unsure):
-        grid, _ = on_grid(np.concatenate([origin[None], corners[unsure].reshape(-1, 3)]))
-        way, _ = on_grid(direction)
-        exact, _ = _volumes(grid[0], way, grid[1:].reshape(-1, 3, 3))
+        grid, _ = on_grid(np.concatenate([origin[unsure][:, None], corners[unsure]], axis=1))
+        way, _ = on_grid(direction[unsure])
+        exact, _ = _volumes(grid[:, 0], way, grid[:, 1:])
         signs[unsure] = [[(v > 0) - (v < 0) for v in row] for row in exact.tolist()]
     return signs, np.where(signs == 0, 0.0, value)
 
 
 def _volumes(origin: Any, direction: Any, corners: Any) -> tuple[Any, Any]:
     """det(direction, b − origin, c − origin) for each corner's opposite side bc, and the sum of its absolute terms."""
-    from_origin = corners - origin
+    from_origin = corners - origin[:, None]
     b, c = from_origin[:, [1, 2, 0]], from_origin[:, [2, 0, 1]]
     value, size = 0, 0
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         left, right = b[..., j] * c[..., k], b[..., k] * c[..., j]
-        value = value + direction[i] * (left - right)
-        size = size + abs(direction[i]) * (abs(left) + abs(right))
+        value = value + direction[:, i, None] * (left - right)
+        size = size + abs(direction[:, i, None]) * (abs(left) + abs(right))
     return value, size

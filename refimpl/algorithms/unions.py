@@ -5,24 +5,10 @@ One function serves them all, for a union is its convex atoms, whatever they are
 
 from __future__ import annotations
 
-import numpy as np
-
-from refimpl.linear import Bools
-from refimpl.overlaps import Overlap, apart_or_overlapping, joined, meet
+from refimpl.linear import Array, Bools
+from refimpl.overlaps import meet, resolve
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
-
-
-def overlaps(a: Proxy, b: Proxy) -> list[Overlap]:
-    """Everything that is known of each pair of a batch: bounds of the depth and contacts too.
-
-    Parameters
-    ----------
-    a, b : Proxy with one batch axis, of the same length
-        Solids or points, of which one at least is a `Polyhedron` or a `Composite`. In their own units: what is kept
-        of a mesh belongs to its numbers.
-    """
-    return [apart_or_overlapping(a[i], b[i]) for i in range(len(a))]
 
 
 def union_pair(a: Proxy, b: Proxy) -> Separation:
@@ -30,15 +16,23 @@ def union_pair(a: Proxy, b: Proxy) -> Separation:
 
     Apart, it is as exact as the pairs of atoms are; so is the depth of a point in a polyhedron, and that of two
     unions where one pair of atoms decides. Otherwise the shortest separating translation lies between the
-    deepest pair of atoms and what is answered.
+    deepest pair of atoms and what is answered; `refimpl.contacts.contacts` tells both ends.
+
+    Parameters
+    ----------
+    a, b : Proxy with one batch axis, of the same length
+        Solids or points, of which one at least is a `Polyhedron` or a `Composite`. In their own units: what is kept
+        of a mesh belongs to its numbers.
     """
-    found = [overlap.separation for overlap in overlaps(a, b)]
-    return joined([Separation(*(np.asarray(getattr(s, n))[None] for n in NAMES)) for s in found])
+    return resolve(a, b).separation
 
 
 def unions_meet(a: Proxy, b: Proxy) -> Bools:
-    """Whether unions have a point in common."""
-    return np.array([meet(a[i], b[i]) for i in range(len(a))], dtype=bool)
+    """Whether unions have a point in common; as soon as two atoms do."""
+    return meet(a, b)
 
 
-NAMES = ("distance", "on_a", "on_b", "normal")
+def overlap_bounds(a: Proxy, b: Proxy) -> tuple[Separation, Array]:
+    """Signed distance of unions, and a length below which no translation separates them; 0 where they are apart."""
+    found = resolve(a, b)
+    return found.separation, found.lower

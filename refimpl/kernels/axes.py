@@ -31,6 +31,7 @@ from .polytopes import (
     Row,
     Scratch,
     edge_direction,
+    farthest,
     first_edge,
     first_face,
     gap_along,
@@ -57,19 +58,23 @@ def three(row: Row, at: int) -> Vector:
 
 
 @kernel
-def widest_face(body: Scratch, other: Row, geometry: Row, pose: Row, gap: float) -> tuple[int, float]:
+def widest_face(body: Scratch, other: Row, geometry: Row, pose: Row, first: int, gap: float) -> tuple[int, float]:
     """Where the face of `body` starts in front of which the gap to `other` is widest, and that gap.
 
     −1 and `gap` when none has more than `gap`. Leaves at each face a vertex of the other, and the gap that it leaves,
-    which is the face's own where that could be the widest. `geometry` and `pose` are those of the other.
+    which is the face's own where that could be the widest. `geometry` and `pose` are those of the other; where it
+    has many vertices, its vertex `first` is tried before others.
     """
     start = first_face(body)
     end = start + FACE * int(body[N_FACES])
     found, most, top, by_directory = -1, gap, -1, geometry[DIRECTORY] > 0.0
+    v = vertex(other, first)
     for at in range(start, end, FACE):
-        n = three(body, at)
-        i = rather_low(geometry, pose, n) if by_directory else lowest(other, n)
-        here = dot(n, vertex(other, i)) - body[at + OFFSET]
+        n, offset = three(body, at), body[at + OFFSET]
+        i, here = first, dot(n, v) - offset
+        if here > gap or not by_directory:
+            i = rather_low(geometry, pose, n) if by_directory else lowest(other, n)
+            here = dot(n, vertex(other, i)) - offset
         body[at + SEEN], body[at + GAP] = i, here
         if here > most:
             most, top = here, at
@@ -212,10 +217,10 @@ def widest_axis(
         Room for `LISTED` numbers for each edge of either.
     """
     blur, span = ROUNDING * size, 2.0 * ROOT_3 * size
-    face, wider = widest_face(a, b, geometry_b, pose_b, gap)
+    face, wider = widest_face(a, b, geometry_b, pose_b, lowest(b, best), gap)
     if face >= 0:
         best, gap = three(a, face), wider
-    face, wider = widest_face(b, a, geometry_a, pose_a, gap)
+    face, wider = widest_face(b, a, geometry_a, pose_a, farthest(a, best), gap)
     if face >= 0:
         best, gap = opposite(three(b, face)), wider
     count_b = promising_edges(geometry_b, pose_b, b, a, gap, span, listed_b)

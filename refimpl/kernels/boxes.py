@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from . import kernel
 from .axes import ROUNDING, crossed, three
-from .polytopes import CENTRE, FIRST, N_VERTICES, Row, Scratch
+from .polytopes import BOX, CENTRE, FIRST, N_FACES, N_VERTICES, Row, Scratch
 from .polytopes_nearest import APART, nearest, on_first, on_second
 from .polytopes_pair import HERE, Answer, across_features, touching_points, write
 from .vectors import Vector, cross, dot, length, minus, opposite, perpendicular, plus, times, unit_or
@@ -19,8 +19,8 @@ from .vectors import Vector, cross, dot, length, minus, opposite, perpendicular,
 SEGMENT, ALIGNED, TURNED = 0, 1, 2
 """What a row of numbers is: p, q (and a radius); lower, upper; centre, half extents, quaternion."""
 HALF, AXES, FRAME = 3, 6, 15
-PLACED = FIRST + 24
-"""Room for the corners of a box."""
+PLACED = FIRST + 33
+"""Room for the corners and half edges of a box."""
 
 
 @kernel
@@ -70,7 +70,7 @@ def set_frame(kind: int, row: Row, frame: Scratch) -> None:
 def set_corners(kind: int, frame: Row, offset: Vector, body: Scratch) -> float:
     """Corners of a frame with its centre at `offset`, as a placed polytope's; gives their largest coordinate."""
     sides = 2 if kind == SEGMENT else 8
-    body[N_VERTICES], body[1], body[2] = sides, 0.0, 0.0
+    body[N_VERTICES], body[N_FACES] = sides, 0.0 if kind == SEGMENT else BOX
     _write(body, CENTRE, offset)
     u, v = times(frame[HALF], three(frame, AXES)), times(frame[HALF + 1], three(frame, AXES + 3))
     w, at, most = times(frame[HALF + 2], three(frame, AXES + 6)), FIRST, 0.0
@@ -82,6 +82,9 @@ def set_corners(kind: int, frame: Row, offset: Vector, body: Scratch) -> float:
         _write(body, at, x)
         most = max(most, abs(x[0]), abs(x[1]), abs(x[2]))
         at += 3
+    _write(body, FIRST + 24, u)
+    _write(body, FIRST + 27, v)
+    _write(body, FIRST + 30, w)
     return most
 
 

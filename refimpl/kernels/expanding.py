@@ -268,6 +268,18 @@ def facet_below(planes: Floats, facets: Ints, count: int, w: Vector) -> tuple[in
 
 
 @kernel
+def insert_all(
+    points: Floats, planes: Floats, facets: Ints, scratch: Ints, first: int, known: int, used: int, slack: float
+) -> int:
+    """Add the points from `first` up to `known` to the hull, as far as they lie outside; the number of facets used."""
+    for k in range(first, known):
+        f, depth = facet_below(planes, facets, used, three(points, 9 * k))
+        if depth > slack:
+            used = max(used, insert(points, planes, facets, scratch, f, k, used, slack))
+    return used
+
+
+@kernel
 def expand(
     a: Row,
     b: Row,
@@ -300,14 +312,10 @@ def expand(
     known, size, normal = begin(a, b, 0.0, 0.0, n, points, planes, facets)
     if known == 0:
         return 0, 0, 0.0, normal, 0.0
-    slack, used, placed = 2.0**-50 * size, 4, 4
+    slack = 2.0**-50 * size
+    used = insert_all(points, planes, facets, scratch, 4, known, 4, slack)
     best, direction, level = -math.inf, n, math.inf
     while True:
-        while placed < known:
-            f, depth = facet_below(planes, facets, used, three(points, 9 * placed))
-            if depth > slack:
-                used = max(used, insert(points, planes, facets, scratch, f, placed, used, slack))
-            placed += 1
         f = highest(planes, facets, used)
         level = planes[4 * f + 3] if f >= 0 else level
         if f < 0 or level <= best + gap or known >= MOST_POINTS - 1:
@@ -315,7 +323,10 @@ def expand(
         there = add_point(a, b, 0.0, 0.0, three(planes, 4 * f), points, known)
         if there > best:
             best, direction = there, three(planes, 4 * f)
-        if level - there <= slack:
-            facets[7 * f + MARK] = CLOSED
-        else:
+        grown = 0
+        if level - there > slack:
+            grown = insert(points, planes, facets, scratch, f, known, used, slack)
             known += 1
+        if grown == 0:
+            facets[7 * f + MARK] = CLOSED
+        used = max(used, grown)

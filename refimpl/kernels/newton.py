@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 
 from . import kernel
-from .vectors import Vector, cross, dot, minus, perpendicular, plus, times, unit_or, without
+from .vectors import Vector, along, cross, dot, minus, perpendicular, plus, times, unit_or, without
 
 Feature = tuple[Vector, Vector, Vector, Vector, Vector, Vector]
 """Centre; the three axes; the radii; the direction of the straight edge, zero if there is none."""
@@ -76,31 +76,75 @@ def step_on_sphere(slope: tuple[float, float], hessian: tuple[float, float, floa
 
 
 @kernel
+def slope_on_circle(f: Feature, g: Feature, n: Vector, t: Vector) -> tuple[float, float]:
+    """Derivative of the gap of two features at `n` along the unit tangent t, and the second one, negated."""
+    a, b = curvature(f, n, t, t), curvature(g, n, t, t)
+    return dot(minus(g[0], f[0]), t) - (a[0] + b[0]), gap_of(f, g, n) + (a[2] + b[2])
+
+
+@kernel
+def climb_circle(f: Feature, g: Feature, n: Vector, edge: Vector) -> Vector:
+    """Direction at right angles to the unit vector `edge` with a local maximum of the gap of two features.
+
+    Uphill from `n` in growing steps until the slope changes its sign; then by Newton's method within the bracket,
+    which is halved instead where that would leave it or gain little. So it ends also where the maximum is sharp.
+    Press et al., Numerical Recipes, 9.4.
+    """
+    t = unit_or(cross(edge, n), ZERO)
+    slope, curved = slope_on_circle(f, g, n, t)
+    if slope == 0.0:
+        return n
+    side = math.copysign(1.0, slope)
+    step = abs(slope) / curved if curved > 0.0 else 0.1
+    low, high, x = 0.0, math.inf, min(max(1.5 * step, 1e-16), 0.5)
+    m = n
+    for _ in range(3 * STEPS):
+        m = unit_or(without(along(n, side * x, t), edge), n)
+        slope, curved = slope_on_circle(f, g, m, unit_or(cross(edge, m), t))
+        slope = side * slope
+        if slope == 0.0:
+            return m
+        if slope > 0.0:
+            low = x
+        else:
+            high = x
+        if high == math.inf:
+            if x > 2.0:
+                return m
+            x = 2.0 * x
+            continue
+        # an angle v away is v (1 + x²) away on the tangent line
+        further = x + (1.0 + x * x) * slope / curved if curved > 0.0 else math.inf
+        if not low < further < high or abs(further - x) > 0.25 * (high - low):
+            further = low + 0.5 * (high - low)
+        if high - low <= 1e-17 or (high - low < 1e-8 and abs(further - x) <= 1e-16):
+            return m
+        x = further
+    return m
+
+
+@kernel
 def climb(f: Feature, g: Feature, n: Vector, edge: Vector) -> Vector:
     """Direction of a local maximum of the gap of two features, uphill from `n`.
 
-    With a non-zero `edge`, only over directions at right angles to it.
+    With an `edge`, a unit vector, instead of zero, only over directions at right angles to it.
     """
-    bound = dot(edge, edge) > 0.0
+    if dot(edge, edge) > 0.0:
+        return climb_circle(f, g, n, edge)
     here = gap_of(f, g, n)
     d = minus(g[0], f[0])
     for _ in range(STEPS):
-        s = unit_or(cross(edge, n), ZERO) if bound else perpendicular(n)
-        t = ZERO if bound else cross(n, s)
+        s = perpendicular(n)
+        t = cross(n, s)
         a, b = curvature(f, n, s, t), curvature(g, n, s, t)
-        slope = (dot(d, s) - (a[0] + b[0]), 0.0 if bound else dot(d, t) - (a[1] + b[1]))
-        p, q, r = here + (a[2] + b[2]), a[3] + b[3], here + (a[4] + b[4])
-        if bound:
-            curved = abs(p) if p != 0.0 else 1.0
-            x, y = slope[0] / curved, 0.0
-        else:
-            x, y = step_on_sphere(slope, (p, q, r))
+        slope = (dot(d, s) - (a[0] + b[0]), dot(d, t) - (a[1] + b[1]))
+        x, y = step_on_sphere(slope, (here + (a[2] + b[2]), a[3] + b[3], here + (a[4] + b[4])))
         size = math.sqrt(x * x + y * y)
         if not size > 0.0:
             break
         if size > 0.5:
             x, y = 0.5 * x / size, 0.5 * y / size
-        better, there = uphill(f, g, n, plus(times(x, s), times(y, t)), here, edge)
+        better, there = uphill(f, g, n, plus(times(x, s), times(y, t)), here)
         if there < here or size <= 1e-16:
             break
         done = size < 1e-9 and there == here
@@ -111,14 +155,14 @@ def climb(f: Feature, g: Feature, n: Vector, edge: Vector) -> Vector:
 
 
 @kernel
-def uphill(f: Feature, g: Feature, n: Vector, step: Vector, here: float, edge: Vector) -> tuple[Vector, float]:
+def uphill(f: Feature, g: Feature, n: Vector, step: Vector, here: float) -> tuple[Vector, float]:
     """End of a step from `n`, halved until the gap does not fall, and the gap there; below `here` if there is none.
 
     A step below 1e-7 is taken whole: its effect is lost in rounding, and its length is not.
     """
     better, there = n, -math.inf
-    for _ in range(12):
-        better = unit_or(without(plus(n, step), edge), n)
+    for _ in range(24):
+        better = unit_or(plus(n, step), n)
         there = gap_of(f, g, better)
         if there >= here:
             return better, there

@@ -36,6 +36,9 @@ N_VERTICES, N_FACES, N_EDGES, CENTRE, FACES, EDGES, DIRECTORY, FIRST = 0, 1, 2, 
 FACE, EDGE, GRID = 6, 8, 8
 OFFSET, SEEN, GAP = 3, 4, 5
 LEFT, RIGHT, DIRECTION, CHORD = 2, 3, 4, 7
+BOX = -1.0
+"""Instead of a number of faces: a box, whose three half edges follow its vertices; vertex number i lies ahead along
+those of which i has the bit."""
 FACTOR = 12
 """Where a pose keeps its factor."""
 
@@ -66,6 +69,11 @@ def vertex(body: Row, i: int) -> Vector:
 def farthest(body: Row, n: Vector) -> int:
     """Index of the first vertex that is farthest along `n`."""
     x, y, z = n
+    if body[N_FACES] == BOX:
+        at = FIRST + 24
+        i = 1 if body[at] * x + body[at + 1] * y + body[at + 2] * z > 0.0 else 0
+        i += 2 if body[at + 3] * x + body[at + 4] * y + body[at + 5] * z > 0.0 else 0
+        return i + (4 if body[at + 6] * x + body[at + 7] * y + body[at + 8] * z > 0.0 else 0)
     best, at = 0, FIRST
     most = body[at] * x + body[at + 1] * y + body[at + 2] * z
     for i in range(1, int(body[N_VERTICES])):

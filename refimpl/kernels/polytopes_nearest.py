@@ -9,9 +9,11 @@ nothing in front of it, or when rounding leaves nothing to gain.
 
 from __future__ import annotations
 
+import math
+
 from . import kernel
 from .polytopes import Row, Scratch, farthest, lowest, vertex
-from .vectors import Vector, along, cross, dot, length, minus, opposite, times, unit_or, without
+from .vectors import Vector, along, cross, dot, minus, opposite, times, unit_or, without
 
 ENTRY = 7
 """A vertex of the simplex: its indices in A and B, the difference b − a (3), its weight, and a wished weight."""
@@ -187,31 +189,26 @@ def _towards(s: Row, k: int, close: float) -> tuple[Vector, float]:
     vector is taken at right angles to them, unless they are so nearly parallel that it misses the foot.
     """
     w = _mean(s, k)
-    foot = length(w)
-    straight = unit_or(w, (1.0, 0.0, 0.0))
-    if k == 1:
-        return straight, foot
-    if k == 2:
-        base = _point(s, 0)
-        n = unit_or(without(straight, minus(_point(s, 1), base)), straight)
-    else:
-        i, j, m = _by_edges(s, 0, 1, 2)
+    foot = math.sqrt(dot(w, w))
+    if foot <= close:
+        return unit_or(w, (1.0, 0.0, 0.0)), foot
+    if k > 1:
+        i, j, m = (0, 1, 1) if k == 2 else _by_edges(s, 0, 1, 2)
         base = _point(s, i)
         e = minus(_point(s, j), base)
-        n = unit_or(cross(e, without(minus(_point(s, m), base), e)), straight)
-    h = dot(n, base)
-    if abs(abs(h) - foot) > 16.0 * close:
-        return straight, foot
-    if h < 0.0:
-        return opposite(n), -h
-    return n, h
+        n = without(w, e) if k == 2 else cross(e, minus(_point(s, m), base))
+        square = dot(n, n)
+        if square > 0.0:
+            n = times(1.0 / math.sqrt(square), n)
+            h = dot(n, base)
+            if abs(abs(h) - foot) <= 16.0 * close:
+                return (n, h) if h >= 0.0 else (opposite(n), -h)
+    return times(1.0 / foot, w), foot
 
 
 @kernel
-def _advance(s: Scratch, k: int, height: float, close: float) -> tuple[int, int]:
+def _advance(s: Scratch, k: int, least: float, height: float, close: float) -> tuple[int, int]:
     """Take a fourth or earlier new vertex into account: the new count, and MEETING, APART (go on) or STOPPED."""
-    before = _mean(s, k - 1)
-    least = dot(before, before)
     k, reached = _settle(s, k)
     if k < 4:
         return k, APART if reached else STOPPED
@@ -267,7 +264,7 @@ def nearest(a: Row, b: Row, shift: Vector, start: Vector, close: float, s: Scrat
         kept, point, before = k, n, h
         for at in range(ENTRY * k):
             s[SAVED + at] = s[at]
-        k, status = _advance(s, k + 1, height, close)
+        k, status = _advance(s, k + 1, h * h, height, close)
         if status == MEETING:
             return MEETING, 4, n, 0.0
         if status == APART:

@@ -116,6 +116,10 @@ def separation(
         if gap == -math.inf:
             best = some_axis(geometry_a, pose_a, geometry_b, pose_b)
             gap = gap_along(a, b, best)
+            straight = unit_or(start, best)
+            here = gap_along(a, b, straight)
+            if here > gap:
+                best, gap = straight, here
         best, gap = widest_axis(geometry_a, pose_a, geometry_b, pose_b, a, b, best, gap, size, listed_a, listed_b)
     x, y = touching_points(a, b, gap, best, blur / 2, s)
     return gap, best, x, y

@@ -15,7 +15,21 @@ from typing import Any
 import numpy as np
 
 from refimpl.proof.checker import Place, Weights
-from refimpl.proof.points import AXES, Vector, along, core, cross, dot, exact, frame, minus, opposite, rationals, turned
+from refimpl.proof.points import (
+    AXES,
+    Vector,
+    along,
+    core,
+    cross,
+    dot,
+    doubles,
+    exact,
+    frame,
+    minus,
+    opposite,
+    rationals,
+    turned,
+)
 from refimpl.shapes import AABB, Box
 
 INWARDS = 1.0 - 2.0**-51  # a support point of a curved proxy is drawn in by this, so that rounding leaves it inside
@@ -54,14 +68,6 @@ class Body:
     def place(self, point: Vector, mix: Mix = ()) -> Place:  # noqa: ARG002
         """How a certificate says where `point` is, which is the mean of some corners."""
         return doubles(point)
-
-
-def doubles(point: Vector) -> Vector:
-    """Nearest doubles; the point itself when it exceeds them."""
-    try:
-        return float(point[0]), float(point[1]), float(point[2])
-    except OverflowError:
-        return point
 
 
 class Curved(Body):

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from typing import Any
 
-from refimpl.proof.bodies import Body, Corners, Mix, Vertices, body, doubles
-from refimpl.proof.checker import Bound, Claim, Common, Core, Escape, Near, Place, Separated, bounds_of
+from refimpl.proof.bodies import Body, Corners, Mix, Vertices, body
+from refimpl.proof.bounds import bounds_of
+from refimpl.proof.claims import Bound, Claim, Common, Core, Escape, Near, Place, Separated
 from refimpl.proof.exact import Difference, Features, pyramid
 from refimpl.proof.exact import nearest as exactly_nearest
 from refimpl.proof.inscribed import inscribed
-from refimpl.proof.points import Vector, along, cross, dot, exact, minus, opposite, root
+from refimpl.proof.points import Vector, along, cross, dot, doubles, exact, minus, opposite, root
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.search import MANY, VERTICES, Grid, Meeting, deepest, nearest
 from refimpl.proof.sets import read
@@ -95,7 +97,7 @@ class Search:
             if deep.closed:
                 return
             enough = float(-self.lower[0] - self.radius - ENOUGH * self.size)
-            for claim in inscribed(self.shapes, self.bodies, _plain(deep.normals[0]), enough):
+            for claim in inscribed(self.shapes, self.bodies, plain(deep.normals[0]), enough):
                 self.propose_upper(claim)
             self._reference()
             if self.upper[0] - self.lower[0] <= FAIR * self.size:
@@ -103,11 +105,8 @@ class Search:
 
     def _reference(self) -> None:
         """What the pair table answers: as good a proposal as any."""
-        from refimpl.queries import distance  # noqa: PLC0415  it imports this package
-
-        try:
-            found = distance(*self.shapes)
-        except UnsupportedOperation:
+        found = reference(*self.shapes)
+        if found is None:
             return
         n: Vector = tuple(found.normal.tolist())
         self.across([n, *self._flat([n])])
@@ -130,7 +129,7 @@ class Search:
     def across(self, normals: Iterable[Vector]) -> None:
         """Claim what supporting planes across some directions prove, in doubles and as they are."""
         for n in normals:
-            for way in dict.fromkeys((_plain(n), n)):
+            for way in dict.fromkeys((plain(n), n)):
                 if not any(way):
                     continue
                 faces = self.bodies[0].faces(exact(way)), self.bodies[1].faces(opposite(exact(way)))
@@ -183,7 +182,18 @@ class Search:
             self.propose_upper(Core(pairs, tuple(deep.triangles)))
 
 
-def _plain(n: Vector) -> Vector:
+def reference(a: Proxy, b: Proxy) -> Any:
+    """What the pair table answers, where it does and the answer is finite."""
+    from refimpl.queries import distance  # noqa: PLC0415  it imports this package
+
+    try:
+        found = distance(a, b)
+    except UnsupportedOperation:
+        return None
+    return found if math.isfinite(found.distance) else None
+
+
+def plain(n: Vector) -> Vector:
     """Doubles along n."""
     if all(isinstance(c, float) for c in n):
         return n
@@ -213,9 +223,6 @@ def exact_nearest(a: Corners, b: Corners) -> tuple[Features, tuple[Mix, Mix]]:
     return found, (list(mixes[0].items()), list(mixes[1].items()))
 
 
-def claims(a: Proxy, b: Proxy) -> tuple[Claim, ...]:
+def convex_claims(a: Proxy, b: Proxy) -> tuple[Claim, ...]:
     """Claims about two bounded convex proxies."""
     return Search(a, b).claims()
-
-
-__all__ = ["Body", "Search", "claims"]

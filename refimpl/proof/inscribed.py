@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from refimpl.proof.bodies import Body, Corners, Curved, Vertices, doubles
+from refimpl.proof.bodies import Body, Corners, Curved, Vertices
 from refimpl.proof.checker import Inscribed, Place
-from refimpl.proof.points import Vector, along, dot, exact, frame, minus, opposite
+from refimpl.proof.points import Vector, along, dot, doubles, exact, frame, minus, opposite
 from refimpl.shapes import AABB, Box, Capsule
 
 ROOM = 1.0 - 2.0**-48  # rounding stays below this

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+from refimpl.proof.claims import Bound
 from refimpl.shapes import AABB, Box, Capsule, Point, Proxy, Sphere
 
 Vector = tuple[Any, Any, Any]
@@ -56,6 +57,14 @@ def exact(v: Sequence[Any]) -> Vector:
     return Fraction(v[0]), Fraction(v[1]), Fraction(v[2])
 
 
+def doubles(point: Vector) -> Vector:
+    """Nearest doubles; the point itself when it exceeds them."""
+    try:
+        return float(point[0]), float(point[1]), float(point[2])
+    except OverflowError:
+        return point
+
+
 def rationals(array: Any) -> Any:
     """Exact numbers of a field."""
     return tuple(Fraction(x) for x in array.tolist())
@@ -96,3 +105,17 @@ def core(shape: Proxy) -> tuple[list[Vector], Fraction]:
                 corners = [along(c, s, axis) for c in corners for s in {h: 1, -h: 1}]  # one where flat
             return corners, Fraction(0)
     raise TypeError(f"{type(shape).__name__} is not the hull of points")
+
+
+def round_down(bound: Bound) -> float:
+    """Largest double that is not above `bound`."""
+    try:
+        nearest = float(bound)
+    except OverflowError:
+        nearest = math.inf if bound > 0 else -math.inf
+    return math.nextafter(nearest, -math.inf) if nearest > bound else nearest
+
+
+def round_up(bound: Bound) -> float:
+    """Smallest double that is not below `bound`."""
+    return -round_down(-bound)

@@ -26,6 +26,7 @@ from refimpl.proof.rational import (
     Whole,
     cross,
     dot,
+    index,
     is_positive,
     items,
     minus,
@@ -341,7 +342,8 @@ def _planes(planes: Sequence[Exact], position: Exact, columns: Sequence[Exact]) 
     return Planes(halves)
 
 
-def _hull(vertices: Sequence[Exact], position: Exact, columns: Sequence[Exact]) -> Hull:
+def placed(vertices: Sequence[Exact], position: Exact, columns: Sequence[Exact]) -> Hull:
+    """Place vertices: position + R y."""
     (place, *axes), unit = whole([position, *columns])
     points, scale = whole(vertices)
     frame = list(zip(*axes, strict=True))
@@ -349,7 +351,7 @@ def _hull(vertices: Sequence[Exact], position: Exact, columns: Sequence[Exact]) 
     return Hull(placed, unit * scale)
 
 
-class _Fields:
+class Fields:
     """The numbers of a proxy's fields."""
 
     def __init__(self, shape: Any) -> None:
@@ -362,6 +364,7 @@ class _Fields:
             raise InvalidCertificate(f"{self.kind}: no array {name!r}, not a proxy of this project") from None
 
     def __call__(self, name: str, count: int = 3, nonzero: bool = False, least: int | None = None) -> Exact:
+        """`count` numbers, not all zero if `nonzero`, none negative if `least` is 0, all positive if it is 1."""
         values = self._values(name)
         numbers = vector(values if count > 1 else [values], f"{self.kind}.{name}", count)
         self._refuse(name, nonzero and not any(numbers))
@@ -375,6 +378,11 @@ class _Fields:
         self._refuse(name, not rows)
         return rows
 
+    def indices(self, name: str, end: int) -> list[Sequence[int]]:
+        """Rows of three numbers of other rows."""
+        what = f"{self.kind}.{name}"
+        return [[index(i, what, end) for i in items(row, what, 3)] for row in items(self._values(name), what)]
+
     def pose(self) -> tuple[Exact, Sequence[Exact]]:
         """Position, and columns of the rotation."""
         return self("position"), _turned(self("rotation", 4, nonzero=True))
@@ -386,7 +394,7 @@ class _Fields:
 
 def read(shape: Any) -> Solid | Line:
     """Take a convex proxy by the name of its type and the numbers of its fields: this says what they mean."""
-    field = _Fields(shape)
+    field = Fields(shape)
     match field.kind:
         case "Point":
             found: Solid | Line = _round(field("position"), [])
@@ -415,7 +423,7 @@ def read(shape: Any) -> Solid | Line:
     return found
 
 
-def _polytope(field: _Fields) -> Planes | Hull:
+def _polytope(field: Fields) -> Planes | Hull:
     if field.kind == "KDOP":
         ways, lower, upper = field.rows("directions", 3), field.rows("lower", 1), field.rows("upper", 1)
         if not len(ways) == len(lower) == len(upper):
@@ -427,5 +435,5 @@ def _polytope(field: _Fields) -> Planes | Hull:
         case "planes":
             return _planes(field.rows("numbers", 4), *field.pose())
         case "vertices":
-            return _hull(field.rows("numbers", 3), *field.pose())
+            return placed(field.rows("numbers", 3), *field.pose())
     raise InvalidCertificate("ConvexPolyhedron.given: must be 'planes' or 'vertices'")

@@ -12,17 +12,22 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from refimpl.proof.checker import (
+from refimpl.proof.claims import (
     Bound,
     Certificate,
-    Claim,
     Common,
     Core,
+    Cover,
     Escape,
     Inscribed,
     Near,
+    Part,
+    Piece,
     Place,
     Separated,
+    Simple,
+    Split,
+    Tree,
     Weights,
 )
 from refimpl.proof.rational import MAX_BITS, MAX_ITEMS, InvalidCertificate, Number, Vector
@@ -34,11 +39,7 @@ RATIONAL = re.compile(f"-?{INTEGER}(?:/{INTEGER})?")
 
 def to_json(certificate: Certificate) -> dict[str, Any]:
     """Turn a certificate into what ``json.dumps`` takes."""
-    names = {kind: name for name, (kind, _) in KINDS.items()}
-    claims = [
-        {"kind": names[type(claim)], **{key: _encode(value) for key, value in vars(claim).items()}}
-        for claim in certificate.claims
-    ]
+    claims = [_encode(claim) for claim in certificate.claims]
     return {"lower": _encode(certificate.lower), "upper": _encode(certificate.upper), "claims": claims}
 
 
@@ -51,7 +52,10 @@ def from_json(data: Any) -> Certificate:
         For anything else: another structure, unknown kinds or fields, too many or too long numbers.
     """
     fields = _mapping(data, ("lower", "upper", "claims"), "certificate")
-    claims = tuple(_claim(item) for item in _items(fields.get("claims"), "claims"))
+    try:
+        claims = tuple(_read(item, CLAIMS) for item in _items(fields.get("claims"), "claims"))
+    except RecursionError:
+        raise InvalidCertificate("nested too deeply") from None
     lower, upper = fields.get("lower", "-inf"), fields.get("upper", "inf")
     return Certificate(claims, _bound(lower, "lower"), _bound(upper, "upper"))
 
@@ -59,6 +63,8 @@ def from_json(data: Any) -> Certificate:
 def _encode(value: Any) -> Any:
     if isinstance(value, tuple):
         return [_encode(v) for v in value]
+    if type(value) in NAMES:
+        return {"kind": NAMES[type(value)], **{key: _encode(v) for key, v in vars(value).items()}}
     if isinstance(value, Fraction):
         return f"{_digits(value.numerator)}/{_digits(value.denominator)}"
     if isinstance(value, float) and not math.isfinite(value):
@@ -72,10 +78,10 @@ def _digits(value: int) -> str:
     return str(value) if value.bit_length() <= DECIMAL_BITS else hex(value)
 
 
-def _claim(data: Any) -> Claim:
+def _read(data: Any, names: tuple[str, ...]) -> Any:
     name = data.get("kind") if isinstance(data, dict) else None
-    if not isinstance(name, str) or name not in KINDS:
-        raise InvalidCertificate(f"a claim's kind must be one of {', '.join(KINDS)}")
+    if not isinstance(name, str) or name not in names:
+        raise InvalidCertificate(f"expected an object whose kind is one of {', '.join(names)}")
     kind, parts = KINDS[name]
     fields = _mapping(data, ("kind", *parts), name)
     return kind(**{part: parse(fields.get(part), f"{name}.{part}") for part, parse in parts.items()})
@@ -130,11 +136,6 @@ def _weights(data: Any, what: str) -> Weights:
     return tuple((_index(i, what), _number(weight, what)) for i, weight in pairs)
 
 
-def _faces(data: Any, what: str) -> tuple[Weights, Weights]:
-    of_a, of_b = _items([[], []] if data is None else data, what, 2)
-    return _weights(of_a, what), _weights(of_b, what)
-
-
 def _shares(data: Any, what: str) -> tuple[Number, Number, Number]:
     of_a, of_b, of_both = (_number(share, what) for share in _items(data, what, 3))
     return of_a, of_b, of_both
@@ -172,9 +173,55 @@ def _flag(data: Any, what: str) -> bool:
     return data
 
 
-KINDS: dict[str, tuple[type[Claim], dict[str, Callable[[Any, str], Any]]]] = {
-    "separated": (Separated, {"n": _vector, "until": _optional_number, "faces": _faces}),
-    "escape": (Escape, {"n": _vector, "faces": _faces}),
+def _tree(data: Any, _: str) -> Tree:
+    found: Tree = _read(data, ("split", "separated"))
+    return found
+
+
+def _branches(data: Any, what: str) -> tuple[Tree, Tree]:
+    one, other = _items(data, what, 2)
+    return _tree(one, what), _tree(other, what)
+
+
+def _numbers(data: Any, what: str) -> tuple[int, ...]:
+    return tuple(_index(i, what) for i in _items(data, what))
+
+
+def _vectors(data: Any, what: str) -> tuple[Vector, ...]:
+    return tuple(_vector(v, what) for v in _items(data, what))
+
+
+def _places(data: Any, what: str) -> tuple[tuple[Place, ...], tuple[Place, ...]]:
+    of_a, of_b = (tuple(_place(place, what) for place in _items(side, what)) for side in _items(data, what, 2))
+    return of_a, of_b
+
+
+def _choice(data: Any, what: str) -> int | tuple[int, Piece] | None:
+    if data is None or type(data) is int:
+        return data
+    number_of, piece = _items(data, what, 2)
+    return _index(number_of, what), _read(piece, ("piece",))
+
+
+def _simple(data: Any, _: str) -> Simple:
+    found: Simple = _read(data, SIMPLE)
+    return found
+
+
+def _face_lists(data: Any, what: str) -> Any:
+    """Shares of planes, or for groups of atoms pairs of an atom's number and such shares."""
+    sides = _items([[], []] if data is None else data, what, 2)
+    return tuple(tuple(_face(entry, what) for entry in _items(side, what)) for side in sides)
+
+
+def _face(data: Any, what: str) -> Any:
+    i, share = _items(data, what, 2)
+    return _index(i, what), _weights(share, what) if isinstance(share, list) else _number(share, what)
+
+
+KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
+    "separated": (Separated, {"n": _vector, "until": _optional_number, "faces": _face_lists}),
+    "escape": (Escape, {"n": _vector, "faces": _face_lists}),
     "near": (Near, {"a": _place, "b": _place}),
     "common": (Common, {"p": _optional_place, "time": _optional_number}),
     "core": (Core, {"pairs": _pairs, "triangles": _triangles, "directions": _flag}),
@@ -182,4 +229,11 @@ KINDS: dict[str, tuple[type[Claim], dict[str, Callable[[Any, str], Any]]]] = {
         Inscribed,
         {"a": _place, "p": _columns, "b": _place, "q": _columns, "radius": _number, "shares": _shares},
     ),
+    "cover": (Cover, {"tree": _tree, "shift": _vector, "places": _places, "until": _optional_number}),
+    "part": (Part, {"of_a": _choice, "of_b": _choice, "claim": _simple}),
+    "split": (Split, {"side": _index, "first": _numbers, "branches": _branches}),
+    "piece": (Piece, {"vertices": _vectors, "tree": _tree, "radius": _number}),
 }
+SIMPLE = ("separated", "escape", "near", "common", "core", "inscribed")
+CLAIMS = (*SIMPLE, "cover", "part")
+NAMES = {kind: name for name, (kind, _) in KINDS.items()}

@@ -12,8 +12,8 @@ from refimpl.derived import Derived, of_hulls
 from refimpl.hulls import hull_of_box
 from refimpl.linear import Array, apply_inverse, rotation_matrix, scale
 from refimpl.proxy import UnsupportedOperation, as_offset, turned, turned_frame, vector
+from refimpl.shapes.convex import ConvexPolyhedron
 from refimpl.shapes.polytope import Polytope
-from refimpl.shapes.polytopes import ConvexPolyhedron
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -11,9 +11,10 @@ import numpy as np
 from refimpl.linear import Array
 from refimpl.proxy import Proxy, ShapeError
 from refimpl.shapes.boxes import AABB, Box
+from refimpl.shapes.convex import ConvexPolyhedron
 from refimpl.shapes.curved import Cylinder, Ellipsoid
 from refimpl.shapes.polyhedron import Polyhedron
-from refimpl.shapes.polytopes import KDOP, ConvexPolyhedron
+from refimpl.shapes.polytopes import KDOP
 from refimpl.shapes.simple import Capsule, HalfSpace, Sphere
 
 

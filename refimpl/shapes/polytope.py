@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from refimpl.derived import Derived
 from refimpl.hulls import Hull
@@ -15,6 +15,9 @@ from refimpl.proxy import Proxy, ShapeError
 @dataclass(frozen=True, eq=False, repr=False)
 class Polytope(Proxy):
     """What the solids with flat faces share: corners, faces and edges, derived once and kept."""
+
+    derives_first: ClassVar[bool] = False
+    """Whether to derive before copying, so that all copies share what costs time."""
 
     def derived(self) -> Derived:
         """Hulls of the batch, one for each different geometry: found at the first call, then kept."""
@@ -33,7 +36,7 @@ class Polytope(Proxy):
 
     def _with_hull_of(self, other: Polytope, change: Callable[[Derived], Derived]) -> Self:
         """Take over what another polytope has derived, changed as this one was made from that one."""
-        if "_derived" in other.__dict__:
+        if other.derives_first or "_derived" in other.__dict__:
             object.__setattr__(self, "_derived", change(other.derived()))
         return self
 

@@ -1,4 +1,4 @@
-"""The truth for tests: signed distances and ray times of single pairs of convex proxies, to 50 digits and more.
+"""The truth for tests: signed distances and ray times of single pairs of proxies, to 50 digits and more.
 
 A double is a rational number, so every scene is computed in rationals for as long as it is rational: polytopes, and
 what is a polytope grown by a ball, up to one last square root. Ellipsoids and cylinders are searched for all their
@@ -12,44 +12,50 @@ from fractions import Fraction
 
 from mpmath import mp, mpf  # type: ignore[import-untyped]
 
-from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Point, Proxy, Sphere
+from refimpl.shapes import AABB, Box, Capsule, Composite, HalfSpace, Point, Polyhedron, Proxy, Sphere
 from tests.truth.bodies import Body, body_of
 from tests.truth.curved import curved_distance
 from tests.truth.polytopes import straight_distance
 from tests.truth.rationals import DIGITS, cross, dot, number, real, vector
 from tests.truth.rays import ray_interval
+from tests.truth.unions import union_distance
 from tests.truth.zonotopes import Nearest, core_of, core_to_core, difference
 
-__all__ = ["Nearest", "core_of", "difference", "ray_interval", "scene_scale", "signed_distance"]
+__all__ = ["Nearest", "body_of", "core_of", "difference", "ray_interval", "real", "scene_scale", "signed_distance"]
 
+UNIONS = (Polyhedron, Composite)
 ZONOTOPES = (Point, Sphere, Capsule, AABB, Box)
 
 
 def signed_distance(a: Proxy, b: Proxy) -> mpf:
-    """Signed distance σ(a, b) of two single convex proxies: gap > 0, touching 0, minus the penetration depth < 0.
+    """Signed distance σ(a, b) of two single proxies: gap > 0, touching 0, minus the penetration depth < 0.
 
     Returns
     -------
     mpf
         Right to a relative 1e-58, hence of the right sign, and 0 exactly when they touch, unless an ellipsoid or a
         cylinder takes part: then right to an absolute 1e-25 of the scene, and a proven lower bound to 50 digits.
-        −inf for half-spaces whose normals are not exactly antiparallel.
+        −inf for half-spaces whose normals are not exactly antiparallel. Of unions that overlap, an upper bound.
     """
-    if isinstance(a, HalfSpace) and isinstance(b, HalfSpace):
-        return _between_half_spaces(a, b)
-    if isinstance(a, HalfSpace):
-        a, b = b, a
-    if isinstance(b, HalfSpace):
-        return _to_half_space(body_of(a), b)
+    if isinstance(a, UNIONS) or isinstance(b, UNIONS):
+        return union_distance(a, b, _between)
     if isinstance(a, ZONOTOPES) and isinstance(b, ZONOTOPES):
         core, other = core_of(a), core_of(b)
         return _widened(core_to_core(core, other), core.radius + other.radius)
-    body, against = body_of(a), body_of(b)
-    radius = body.radius + against.radius
-    if body.ellipsoid is None and against.ellipsoid is None:
-        return _widened(straight_distance(body, against), radius)
+    return _between(*(x if isinstance(x, HalfSpace) else body_of(x) for x in (a, b)))
+
+
+def _between(a: Body | HalfSpace, b: Body | HalfSpace) -> mpf:
+    """Signed distance of two convex pieces."""
+    if isinstance(a, HalfSpace):
+        return _between_half_spaces(a, b) if isinstance(b, HalfSpace) else _to_half_space(b, a)
+    if isinstance(b, HalfSpace):
+        return _to_half_space(a, b)
+    radius = a.radius + b.radius
+    if a.ellipsoid is None and b.ellipsoid is None:
+        return _widened(straight_distance(a, b), radius)
     with mp.workdps(DIGITS):
-        return curved_distance(body, against) - real(radius)
+        return curved_distance(a, b) - real(radius)
 
 
 def scene_scale(a: Proxy, b: Proxy, sigma: mpf | None = None) -> float:

@@ -1,0 +1,157 @@
+"""Points of two bodies that realise their signed distance, when its direction is known: the witness points.
+
+Along the normal n every body has an extreme face: a vertex, an edge, a polygon, the cap of a cylinder, or the one
+point of a smooth surface. When B is moved by −σ·n, the faces of A and B lie in one plane, and witness points are where
+they meet. That there are such points also proves that g has a maximum at n: a local one, and when the bodies are
+apart the only one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import MutableSequence
+
+from . import kernel
+from .bodies import AXES, CENTER, COUNT, CYLINDER, ELLIPSOID, HULL, KIND, SIZES, VERTICES, Row, support, three
+from .features import points_of_face, polish
+from .gjk import ON_A, ON_B, Simplex, gjk, nearest_of_three, store, weighted
+from .newton import ZERO
+from .projection import nearest_to_point
+from .vectors import Vector, along, dot, length, minus, opposite, plus, times, unit_or, without
+
+Floats = MutableSequence[float]
+
+EPS = 2.0**-52
+ROUNDS = 200
+"""Most rounds of projecting the witness point of either body onto the other."""
+
+
+@kernel
+def middle(row: Row) -> Vector:
+    """Some point of a body, for a first guess."""
+    if row[KIND] == HULL:
+        return three(row, VERTICES)
+    return three(row, CENTER)
+
+
+@kernel
+def face_towards(row: Row, n: Vector, shift: Vector, slack: float, face: Floats) -> None:
+    """Write the face of a body that is farthest along `n`, moved by `shift`, as the row of a body of its own.
+
+    A vertex, an edge, a polygon; the side of a cylinder, a segment there; its cap, a flat cylinder.
+    """
+    for i in range(VERTICES):
+        face[i] = row[i]
+    face[KIND], face[COUNT] = HULL, 1.0
+    top = support(row, n)
+    axis = three(row, AXES + 6)
+    count = 0
+    if row[KIND] == HULL:
+        for i in range(int(row[COUNT])):
+            v = three(row, VERTICES + 3 * i)
+            if dot(minus(top, v), n) <= slack:
+                store(face, VERTICES + 3 * count, plus(v, shift))
+                count += 1
+        face[COUNT] = float(count)
+    elif row[KIND] == CYLINDER and length(without(n, axis)) * row[SIZES] <= slack:
+        face[KIND], face[COUNT], face[SIZES + 2] = CYLINDER, 0.0, 0.0
+        cap = along(three(row, CENTER), math.copysign(row[SIZES + 2], dot(n, axis)), axis)
+        store(face, CENTER, plus(cap, shift))
+    elif row[KIND] == CYLINDER and abs(dot(n, axis)) * row[SIZES + 2] <= slack:
+        out = along(three(row, CENTER), row[SIZES], unit_or(without(n, axis), n))
+        store(face, VERTICES, plus(along(out, row[SIZES + 2], axis), shift))
+        store(face, VERTICES + 3, plus(along(out, -row[SIZES + 2], axis), shift))
+        face[COUNT] = 2.0
+    else:
+        store(face, VERTICES, plus(top, shift))
+
+
+@kernel
+def nearest_on_polygon(face: Row, point: Vector) -> Vector:
+    """Point of a hull that is a polygon, a segment or a point, nearest to a given one."""
+    count = int(face[COUNT])
+    best, least = three(face, VERTICES), math.inf
+    for i in range(max(count - 2, 1)):
+        for j in range(i + 1, max(count - 1, i + 2)):
+            for k in range(j + 1, max(count, j + 2)):
+                u = minus(three(face, VERTICES + 3 * i), point)
+                v = minus(three(face, VERTICES + 3 * min(j, count - 1)), point)
+                w = minus(three(face, VERTICES + 3 * min(k, count - 1)), point)
+                _, s, t = nearest_of_three(u, v, w)
+                way = along(along(u, s, minus(v, u)), t, minus(w, u))
+                if dot(way, way) < least:
+                    best, least = plus(point, way), dot(way, way)
+    return best
+
+
+@kernel
+def nearest_on_feature(row: Row, face: Row, n: Vector, point: Vector) -> Vector:
+    """Point of a body's surface, on the feature that is extreme along `n`, nearest to a given point.
+
+    The direction tells a point of a rim or of a flat ellipsoid only roughly where it nearly is their flat side's.
+    """
+    if row[KIND] == ELLIPSOID or face[KIND] == CYLINDER:
+        return nearest_to_point(row, point)[2]
+    if row[KIND] == CYLINDER and face[COUNT] == 1.0:
+        axis = three(row, AXES + 6)
+        cap = along(three(row, CENTER), math.copysign(row[SIZES + 2], dot(n, axis)), axis)
+        return along(cap, row[SIZES], unit_or(without(minus(point, cap), axis), three(row, AXES)))
+    return nearest_on_polygon(face, point)
+
+
+@kernel
+def witnesses(
+    a: Row, b: Row, sigma: float, n: Vector, size: float, simplex: Simplex, face_a: Floats, face_b: Floats
+) -> tuple[Vector, Vector, float]:
+    """Find points of two bodies that are σ·n apart, and how much they fail to be.
+
+    They are where the extreme faces along n meet, when B is moved by −σ·n.
+
+    Of a very flat ellipsoid a direction does not tell the point well; it is projected from the other body instead.
+    """
+    slack = 256.0 * EPS * size
+    face_towards(a, n, (0.0, 0.0, 0.0), slack, face_a)
+    face_towards(b, opposite(n), times(-sigma, n), slack, face_b)
+    start = unit_or(minus(middle(face_b), middle(face_a)), n)
+    _, count, _, _ = gjk(face_a, face_b, 0.0, 0.0, start, simplex, 0, EPS * size, 40)
+    x, y = weighted(simplex, count, ON_A), along(weighted(simplex, count, ON_B), sigma, n)
+    misfit = length(along(minus(y, x), -sigma, n))
+    if misfit <= 2.0 * EPS * size:
+        return x, y, misfit
+    shift = times(sigma, n)
+    face_towards(b, opposite(n), ZERO, slack, face_b)
+    for _ in range(ROUNDS):
+        p = nearest_on_feature(a, face_a, n, minus(y, shift))
+        q = nearest_on_feature(b, face_b, opposite(n), plus(p, shift))
+        rest = length(along(minus(q, p), -sigma, n))
+        if rest >= misfit:
+            break
+        x, y, misfit = p, q, rest
+    return x, y, misfit
+
+
+@kernel
+def settled(
+    a: Row, b: Row, sigma: float, n: Vector, size: float, simplex: Simplex, face_a: Floats, face_b: Floats
+) -> tuple[float, Vector, Vector, Vector, float]:
+    """Witness points for a distance and its direction, and both sharpened once more where the points do not fit.
+
+    What g(n) tells in rounded numbers leaves n a little free. So the features are tried that would meet if n were
+    wrong by ever less.
+
+    Returns
+    -------
+    sigma, direction, x, y, misfit
+        The last is the length of y − x − σ·n.
+    """
+    x, y, misfit = witnesses(a, b, sigma, n, size, simplex, face_a, face_b)
+    start = n
+    slack = 1e-4 * size
+    while misfit > 32.0 * EPS * size and slack > EPS * size:
+        gap, m, _, _ = polish(a, b, points_of_face(a, start, slack), points_of_face(b, opposite(start), slack), start)
+        if gap >= sigma - 16.0 * EPS * size:
+            p, q, rest = witnesses(a, b, gap, m, size, simplex, face_a, face_b)
+            if rest < misfit or gap > sigma + 16.0 * EPS * size:
+                sigma, n, x, y, misfit = gap, m, p, q, rest
+        slack *= 0.1
+    return sigma, n, x, y, misfit
