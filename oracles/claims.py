@@ -218,20 +218,22 @@ class Questioned:
     def _normal_claim(self, made: Bools, margin: Array) -> Iterator[Claim]:
         """Moving B back along the normal by the signed distance, or A forth, makes the two touch.
 
-        Of unions that overlap, the depth is that of a piece, so that other pieces may still overlap.
+        Not so for unions that overlap: their depth may be that of a piece, when other pieces still overlap, or that of
+        a way out, which need not be the shortest.
         """
         move = np.where(made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0)
         made = made & (np.abs(move).max(axis=-1) < 1e150)
+        if self.of_union:
+            made &= ~(self.answers.distance < 0)
         zero, move = self._nothing, np.where(made[:, None], move, 0.0)
         first_moves = isinstance(self.b, FRAGILE) and not isinstance(self.a, FRAGILE)
         x, y = (self.a.translated(-move), self.b) if first_moves else (self.a, self.b.translated(move))
-        low = np.where(self.of_union & (self.answers.distance < 0), -np.inf, zero)
         before, after = (self.a, x) if first_moves else (self.b, y)
         rounding = ROUNDING * (np.maximum(after.magnitude, before.magnitude) + np.abs(move).max(axis=-1))
         rounding = np.where(made, rounding * _leverage(after), 0.0)
         waived = self.query == CONTACTS and Convention.OF_ONE_TRIANGLE in self.waived
         words = STUCK, OVERSHOT
-        yield self._claim(x, y, (low, zero), words, VALUE, made, margin, rounding=rounding, by_convention=waived)
+        yield self._claim(x, y, (zero, zero), words, VALUE, made, margin, rounding=rounding, by_convention=waived)
 
     def _unit_claim(self, made: Bools) -> Claim:
         """A normal has unit length, to single precision."""

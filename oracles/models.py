@@ -159,7 +159,7 @@ def _hull(pieces: Sequence[Piece]) -> Proxy:
 def _solid(pieces: Sequence[Piece]) -> Proxy:
     meshes = [Mesh(piece.corners, piece.mesh.triangles) for piece in pieces if isinstance(piece, MeshPiece)]
     if len(meshes) < len(pieces):
-        raise ModelError("has parts that are no meshes; it is a composite")
+        raise ModelError("has parts that are no meshes")
     whole = merged(meshes)
     faces = len(whole.triangles)
     if MOST_FACES < faces <= MOST_CHECKED:

@@ -27,6 +27,7 @@ WORTH_COMPILING = 256
 """Rows of a batch from which compiling pays, even when it has to be done first."""
 
 
+_in_use: set[str] = set()
 _rows_ahead: ContextVar[int] = ContextVar("_rows_ahead", default=0)
 
 
@@ -41,8 +42,13 @@ def batch_of(rows: int) -> Iterator[None]:
 
 
 def module_for(name: str, rows: int) -> ModuleType:
-    """Give the module `refimpl.kernels.name` as it is, or compiled when there are many rows and numba is here."""
-    if max(rows, _rows_ahead.get()) >= WORTH_COMPILING and (package := _compiled_package()) is not None:
+    """Give the module `refimpl.kernels.name` as it is, or compiled: when there are many rows and numba is here.
+
+    What has been compiled once in this process serves few rows as well.
+    """
+    many = max(rows, _rows_ahead.get()) >= WORTH_COMPILING
+    if (many or name in _in_use) and (package := _compiled_package()) is not None:
+        _in_use.add(name)
         return importlib.import_module(f"{package}.{name}")
     return importlib.import_module(f"refimpl.kernels.{name}")
 

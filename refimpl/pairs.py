@@ -12,7 +12,8 @@ from itertools import combinations_with_replacement
 from typing import Any
 
 from refimpl.algorithms import boxes, curved, halfspaces, polytopes, rays, rounds, union_rays, unions
-from refimpl.linear import Bools
+from refimpl.linear import Array, Bools
+from refimpl.results import Separation
 from refimpl.shapes import (
     AABB,
     KDOP,
@@ -51,12 +52,15 @@ class Rule:
         What is computed, in the field's words.
     meets
         A cheaper test for `intersect`, where there is one.
+    bounds
+        The signed distance, and a length below which no translation separates; where that is not the depth itself.
     """
 
     function: Callable[[Any, Any], Any]
     exactness: str
     algorithm: str
     meets: Callable[[Any, Any], Bools] | None = None
+    bounds: Callable[[Any, Any], tuple[Separation, Array]] | None = None
 
 
 SOLIDS: tuple[type[Proxy], ...] = (
@@ -76,8 +80,8 @@ TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (Point, Ellipsoid):               Rule(curved.point_ellipsoid, ITERATIVE, "root of a monotone function, bracketed"),
     (Point, Cylinder):                Rule(curved.point_cylinder, CLOSED, "nearest of side, caps and rims"),
     (Point, ConvexPolyhedron):        Rule(polytopes.point_convexpolyhedron, FINITE, "closest features; nearest face inside"),
-    (Point, Polyhedron):              Rule(unions.union_pair, FINITE, "nearest triangle; winding number", unions.unions_meet),
-    (Point, Composite):               Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
+    (Point, Polyhedron):              Rule(unions.union_pair, FINITE, "nearest triangle; winding number", unions.unions_meet, unions.overlap_bounds),
+    (Point, Composite):               Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Ray, Sphere):                    Rule(rays.ray_sphere, CLOSED, "half chord at the nearest point"),
     (Ray, Capsule):                   Rule(rays.ray_capsule, CLOSED, "side and two end balls"),
     (Ray, HalfSpace):                 Rule(rays.ray_halfspace, CLOSED, "height over speed"),
@@ -98,8 +102,8 @@ TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (Sphere, Ellipsoid):              Rule(curved.sphere_ellipsoid, ITERATIVE, "root of a monotone function, bracketed"),
     (Sphere, Cylinder):               Rule(curved.sphere_cylinder, CLOSED, "nearest of side, caps and rims"),
     (Sphere, ConvexPolyhedron):       Rule(polytopes.sphere_convexpolyhedron, FINITE, "closest features; nearest face inside"),
-    (Sphere, Polyhedron):             Rule(unions.union_pair, FINITE, "nearest triangle; winding number", unions.unions_meet),
-    (Sphere, Composite):              Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
+    (Sphere, Polyhedron):             Rule(unions.union_pair, FINITE, "nearest triangle; winding number", unions.unions_meet, unions.overlap_bounds),
+    (Sphere, Composite):              Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Capsule, Capsule):               Rule(rounds.capsule_capsule, CLOSED, "closest points of two segments"),
     (Capsule, HalfSpace):             Rule(halfspaces.capsule_halfspace, CLOSED, "height of the lower end"),
     (Capsule, AABB):                  Rule(boxes.capsule_aabb, FINITE, "segment and box: closest features, 6 axes"),
@@ -108,8 +112,8 @@ TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (Capsule, Ellipsoid):             Rule(curved.capsule_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Capsule, Cylinder):              Rule(curved.capsule_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Capsule, ConvexPolyhedron):      Rule(polytopes.capsule_convexpolyhedron, FINITE, "closest features; separating axes"),
-    (Capsule, Polyhedron):            Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet),
-    (Capsule, Composite):             Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
+    (Capsule, Polyhedron):            Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (Capsule, Composite):             Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (HalfSpace, HalfSpace):           Rule(halfspaces.halfspace_halfspace, CLOSED, "facing exactly, or without end"),
     (HalfSpace, AABB):                Rule(halfspaces.halfspace_aabb, CLOSED, "height of the lowest corner"),
     (HalfSpace, Box):                 Rule(halfspaces.halfspace_box, CLOSED, "height of the lowest corner"),
@@ -117,44 +121,44 @@ TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (HalfSpace, Ellipsoid):           Rule(curved.halfspace_ellipsoid, CLOSED, "height of the lowest point"),
     (HalfSpace, Cylinder):            Rule(curved.halfspace_cylinder, CLOSED, "height of the lowest point"),
     (HalfSpace, ConvexPolyhedron):    Rule(polytopes.halfspace_convexpolyhedron, CLOSED, "height of the lowest corner"),
-    (HalfSpace, Polyhedron):          Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet),
-    (HalfSpace, Composite):           Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
+    (HalfSpace, Polyhedron):          Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (HalfSpace, Composite):           Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (AABB, AABB):                     Rule(boxes.aabb_aabb, CLOSED, "intervals of the three coordinates", boxes.aabb_meets_aabb),
     (AABB, Box):                      Rule(boxes.aabb_box, FINITE, "closest features, 15 separating axes", boxes.aabb_meets_box),
     (AABB, KDOP):                     Rule(polytopes.aabb_kdop, FINITE, "closest features; separating axes"),
     (AABB, Ellipsoid):                Rule(curved.aabb_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (AABB, Cylinder):                 Rule(curved.aabb_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (AABB, ConvexPolyhedron):         Rule(polytopes.aabb_convexpolyhedron, FINITE, "closest features; separating axes"),
-    (AABB, Polyhedron):               Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet),
-    (AABB, Composite):                Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
+    (AABB, Polyhedron):               Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (AABB, Composite):                Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Box, Box):                       Rule(boxes.box_box, FINITE, "closest features, 15 separating axes", boxes.box_meets_box),
     (Box, KDOP):                      Rule(polytopes.box_kdop, FINITE, "closest features; separating axes"),
     (Box, Ellipsoid):                 Rule(curved.box_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Box, Cylinder):                  Rule(curved.box_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Box, ConvexPolyhedron):          Rule(polytopes.box_convexpolyhedron, FINITE, "closest features; separating axes"),
-    (Box, Polyhedron):                Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet),
-    (Box, Composite):                 Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
+    (Box, Polyhedron):                Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (Box, Composite):                 Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (KDOP, KDOP):                     Rule(polytopes.kdop_kdop, FINITE, "closest features; separating axes"),
     (KDOP, Ellipsoid):                Rule(curved.kdop_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (KDOP, Cylinder):                 Rule(curved.kdop_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (KDOP, ConvexPolyhedron):         Rule(polytopes.kdop_convexpolyhedron, FINITE, "closest features; separating axes"),
-    (KDOP, Polyhedron):               Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet),
-    (KDOP, Composite):                Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
+    (KDOP, Polyhedron):               Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (KDOP, Composite):                Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Ellipsoid, Ellipsoid):           Rule(curved.ellipsoid_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Ellipsoid, Cylinder):            Rule(curved.ellipsoid_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Ellipsoid, ConvexPolyhedron):    Rule(curved.ellipsoid_convexpolyhedron, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
-    (Ellipsoid, Polyhedron):          Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
-    (Ellipsoid, Composite):           Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
+    (Ellipsoid, Polyhedron):          Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (Ellipsoid, Composite):           Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Cylinder, Cylinder):             Rule(curved.cylinder_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Cylinder, ConvexPolyhedron):     Rule(curved.cylinder_convexpolyhedron, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
-    (Cylinder, Polyhedron):           Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
-    (Cylinder, Composite):            Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
+    (Cylinder, Polyhedron):           Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (Cylinder, Composite):            Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (ConvexPolyhedron, ConvexPolyhedron): Rule(polytopes.convexpolyhedron_convexpolyhedron, FINITE, "closest features; separating axes"),
-    (ConvexPolyhedron, Polyhedron):   Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet),
-    (ConvexPolyhedron, Composite):    Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
-    (Polyhedron, Polyhedron):         Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet),
-    (Polyhedron, Composite):          Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
-    (Composite, Composite):           Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet),
+    (ConvexPolyhedron, Polyhedron):   Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (ConvexPolyhedron, Composite):    Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (Polyhedron, Polyhedron):         Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (Polyhedron, Composite):          Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
+    (Composite, Composite):           Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
 }
 # fmt: on
 

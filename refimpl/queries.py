@@ -19,11 +19,13 @@ from refimpl.linear import Array, Bools, as_floats, largest, power_of_two, scale
 from refimpl.pairs import TABLE, Rule
 from refimpl.results import CollisionData, RayHit, Separation, where
 from refimpl.shapes import Composite, Polyhedron, Proxy, Ray, ShapeError, UnsupportedOperation
+from refimpl.shapes.polytope import Polytope
 
 CHUNK = 1024
 UNIONS = (Composite, Polyhedron)
 
 P = TypeVar("P", bound=Proxy)
+Columns = tuple[NDArray[Any], ...]
 
 
 @np.errstate(under="ignore")
@@ -51,7 +53,7 @@ def intersect(a: Proxy, b: Proxy) -> Bools:
             if isinstance(u, Ray):
                 found.append(np.isfinite(rule.function(u, v)[0]))
             elif rule.meets is None:
-                found.append(_ordered(rule, u, v).distance <= 0)
+                found.append(_ordered(rule, u, v)[0] <= 0)
             else:
                 found.append(_meets(rule.meets, u, v))
     return np.concatenate(found).reshape(batch)[()]
@@ -78,19 +80,7 @@ def distance(a: Proxy, b: Proxy) -> Separation:
     UnsupportedOperation
         For a ray (use `raycast`), and for two points or rays.
     """
-    rule, swapped = _rule(a, b, "distance")
-    x, y, batch = _flat(*((b, a) if swapped else (a, b)))
-    if isinstance(x, Ray):
-        raise UnsupportedOperation(
-            f"a Ray has no distance from a {type(y).__name__}: use raycast, or a Capsule of radius 0"
-        )
-    parts = []
-    with batch_of(len(x)):
-        for u, v, exponent in _chunks(x, y):
-            parts.append(_scaled_back(_ordered(rule, u, v), exponent))
-    columns = [np.concatenate([getattr(p, n) for p in parts]) for n in SEPARATION]
-    whole = Separation(*(c.reshape(batch + c.shape[1:])[()] for c in columns))
-    return whole.flipped() if swapped else whole
+    return _bounded_distance(a, b, "distance")[0]
 
 
 @np.errstate(under="ignore")
@@ -111,7 +101,7 @@ def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any =
     wa, wb = _inverse_mass("inverse_mass_a", inverse_mass_a), _inverse_mass("inverse_mass_b", inverse_mass_b)
     if np.any((wa == 0) & (wb == 0)):
         raise ValueError("inverse_mass_a and inverse_mass_b are both 0: two immovable bodies cannot be moved apart")
-    found = distance(a, b)
+    found, least = _bounded_distance(a, b, "collide")
     hit = found.distance <= 0
     depth = np.where(hit, 0.0 - found.distance, 0.0)
     heavier = np.maximum(wa, wb)
@@ -122,7 +112,8 @@ def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any =
     hit = np.broadcast_to(hit, batch)
     moves = (where(hit, push, np.zeros_like(push))[()] for push in (push_a, push_b))
     normal, on_a, on_b = (np.broadcast_to(v, (*batch, 3)) for v in (found.normal, found.on_a, found.on_b))
-    return CollisionData(hit[()], normal, np.broadcast_to(depth, batch)[()], on_a, on_b, *moves)
+    depth, least = (np.broadcast_to(length, batch)[()] for length in (depth, least))
+    return CollisionData(hit[()], normal, depth, least, on_a, on_b, *moves)
 
 
 @np.errstate(under="ignore")
@@ -174,6 +165,25 @@ def _rule(a: Proxy, b: Proxy, query: str) -> tuple[Rule, bool]:
     )
 
 
+def _bounded_distance(a: Proxy, b: Proxy, query: str) -> tuple[Separation, Array]:
+    """Signed distance, and a length below which no translation separates."""
+    rule, swapped = _rule(a, b, query)
+    x, y, batch = _flat(*((b, a) if swapped else (a, b)))
+    if isinstance(x, Ray):
+        raise UnsupportedOperation(
+            f"a Ray has no distance from a {type(y).__name__}: use raycast, or a Capsule of radius 0"
+        )
+    parts = []
+    with batch_of(len(x)):
+        for u, v, exponent in _chunks(x, y):
+            parts.append(_scaled_back(_ordered(rule, u, v), exponent))
+    *columns, least = (
+        np.concatenate(column).reshape((*batch, *column[0].shape[1:]))[()] for column in zip(*parts, strict=True)
+    )
+    found = Separation(*columns)
+    return found.flipped() if swapped else found, least
+
+
 def _meets(meets: Callable[[Any, Any], Bools], x: Proxy, y: Proxy) -> Bools:
     """Apply a cheaper test, in the same order as the distance where both types are the same."""
     if type(x) is not type(y):
@@ -182,11 +192,12 @@ def _meets(meets: Callable[[Any, Any], Bools], x: Proxy, y: Proxy) -> Bools:
     return found
 
 
-def _scaled_back(found: Separation, exponent: Array) -> Separation:
+def _scaled_back(columns: Columns, exponent: Array) -> Columns:
     """Lengths times 2^exponent; what no double can hold becomes infinite, or 0."""
+    distance, on_a, on_b, normal, least = columns
     with np.errstate(over="ignore", under="ignore"):
-        on_a, on_b = (np.ldexp(w, exponent[:, None]) for w in (found.on_a, found.on_b))
-        return Separation(np.ldexp(found.distance, exponent), on_a, on_b, found.normal)
+        on_a, on_b = (np.ldexp(w, exponent[:, None]) for w in (on_a, on_b))
+        return np.ldexp(distance, exponent), on_a, on_b, normal, np.ldexp(least, exponent)
 
 
 def _flat(x: P, y: Proxy) -> tuple[P, Proxy, tuple[int, ...]]:
@@ -195,6 +206,9 @@ def _flat(x: P, y: Proxy) -> tuple[P, Proxy, tuple[int, ...]]:
         batch = np.broadcast_shapes(x.batch_shape, y.batch_shape)
     except ValueError:
         raise ShapeError(f"batch shapes {x.batch_shape} and {y.batch_shape} do not broadcast") from None
+    for shape in (x, y):
+        if isinstance(shape, Polytope) and shape.derives_first:
+            shape.derived()  # once, for all slices of the batch, and kept for the next question
     return x.broadcast_to(batch).flattened(), y.broadcast_to(batch).flattened(), batch
 
 
@@ -206,7 +220,7 @@ def _chunks(x: P, y: Proxy) -> Iterator[tuple[P, Proxy, Array]]:
     """
     rows = len(x)
     if isinstance(x, UNIONS) or isinstance(y, UNIONS):
-        still = np.zeros(rows, dtype=np.intp)
+        still = power_of_two(np.zeros(rows))
         yield (x.times_power(still) if isinstance(x, Ray) else x), y, still
         return
     pieces = max(-(-rows // CHUNK), 1)
@@ -217,23 +231,24 @@ def _chunks(x: P, y: Proxy) -> Iterator[tuple[P, Proxy, Array]]:
         yield u.times_power(-exponent), v.times_power(-exponent), exponent
 
 
-SEPARATION = ("distance", "on_a", "on_b", "normal")
-
-
-def _ordered(rule: Rule, x: Proxy, y: Proxy) -> Separation:
+def _ordered(rule: Rule, x: Proxy, y: Proxy) -> Columns:
     """Apply a rule; two proxies of one type are first put in a canonical order, so that both orders agree."""
     if type(x) is not type(y):
-        found: Separation = rule.function(x, y)
-        return found
+        return _columns(rule, x, y)
     later = _later(x, y)
+    distance, on_x, on_y, normal, least = _by_order(later, lambda u, v: _columns(rule, u, v), x, y)
+    on_a, on_b = where(later, on_y, on_x), where(later, on_x, on_y)
+    return distance, on_a, on_b, where(later, -normal, normal), least
 
-    def columns(u: Proxy, v: Proxy) -> tuple[Array, ...]:
-        found = rule.function(u, v)
-        return tuple(getattr(found, name) for name in SEPARATION)
 
-    found = Separation(*_by_order(later, columns, x, y))
-    back = found.flipped()
-    return Separation(*(where(later, getattr(back, n), getattr(found, n)) for n in SEPARATION))
+def _columns(rule: Rule, x: Proxy, y: Proxy) -> Columns:
+    """What a rule answers: distance, witness points, normal, and the least length of a way out."""
+    if rule.bounds is not None:
+        found, least = rule.bounds(x, y)
+    else:
+        found = rule.function(x, y)
+        least = np.maximum(-found.distance, 0.0)
+    return found.distance, found.on_a, found.on_b, found.normal, least
 
 
 def _later(x: Proxy, y: Proxy) -> Bools:
@@ -245,9 +260,7 @@ def _later(x: Proxy, y: Proxy) -> Bools:
     return np.asarray((np.take_along_axis(rows_x, first, axis=-1) > np.take_along_axis(rows_y, first, axis=-1))[:, 0])
 
 
-def _by_order(
-    later: Bools, function: Callable[[Any, Any], tuple[NDArray[Any], ...]], x: Proxy, y: Proxy
-) -> tuple[NDArray[Any], ...]:
+def _by_order(later: Bools, function: Callable[[Any, Any], Columns], x: Proxy, y: Proxy) -> Columns:
     """Columns that a function answers for (y, x) in the rows that are `later`, and for (x, y) in all others."""
     if not later.any():
         return function(x, y)

@@ -53,7 +53,11 @@ class CollisionData(_Answer):
     normal : (..., 3)
         Unit vector from A to B.
     depth : (...)
-        Penetration depth, 0 without a hit.
+        Penetration depth, 0 without a hit. Of unions: the length of a translation that separates, where the
+        shortest may be one a little shorter.
+    least : (...)
+        No translation shorter than this separates: the depth itself, but for unions, where the depth is known
+        to lie between the two.
     on_a, on_b : (..., 3)
         Contact points: the deepest point of each proxy in the other.
     shift_a, shift_b : (..., 3)
@@ -64,6 +68,7 @@ class CollisionData(_Answer):
     hit: Bools
     normal: Array
     depth: Array
+    least: Array
     on_a: Array
     on_b: Array
     shift_a: Array

@@ -239,7 +239,8 @@ def table(
 @app.command()
 def models(
     folder: Annotated[
-        str | None, typer.Argument(metavar="[DIR]", help="Folder of meshes and URDFs. Default: PyBullet's.")
+        str | None,
+        typer.Argument(metavar="[DIR]", help="Folder of meshes and URDFs. Default: PyBullet's, which takes minutes."),
     ] = None,
 ) -> int:
     """List the models that scenes can be made of: what each is usable as, and what keeps it from the rest."""

@@ -58,6 +58,16 @@ class AnyDepth(Exact):
         return {Convention.DEPTH_OF_ITS_NORMAL: "by design"}
 
 
+class NoDepth(Exact):
+    def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
+        return {Convention.NO_DEPTH: "by design"}
+
+
+class OneTriangle(Exact):
+    def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
+        return {Convention.OF_ONE_TRIANGLE: "by design"}
+
+
 def answers_of(scene: Scene, **changes: Any) -> Answers:
     """The reference's own answer, with some columns changed."""
     right = reference_answers(scene.query, scene.a[None], scene.b[None])
@@ -266,6 +276,46 @@ def test_the_reference_is_asked_and_proven_once_for_each_pair(monkeypatch: pytes
     assert proven(a[0], b[0])[0] is certificate
     with pytest.raises(TypeError):
         signed(a, b, ~wanted)
+
+
+TWINS = Composite([Sphere([-1, 0, 0], 1), Sphere([1, 0, 0], 1)])
+BETWEEN = Scene(CONTACTS, Sphere([0, 0, 0], 0.25), TWINS, "generic")
+"""A ball between two: each overlaps it by 0.25, and the way out, up or down, is longer."""
+
+
+def test_the_depth_of_unions_is_judged_against_an_interval() -> None:
+    truth = audit(BETWEEN.a, BETWEEN.b)
+    assert truth.kind is Verdicts.AGREES
+    assert truth.upper == pytest.approx(-0.25, abs=1e-9)
+    assert truth.lower == pytest.approx(-0.75, abs=0.02)
+    nothing = {"on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
+    for depth in (0.25, 0.4, -truth.lower):
+        assert verdict(Exact(relative=1e-9), BETWEEN, distance=-depth, **nothing).kind is Verdicts.AGREES
+    found = verdict(Exact(), BETWEEN, distance=-0.2, **nothing)
+    assert (found.kind, found.symptom) == (Verdicts.WRONG, claims.LONG)
+    assert found.amount == pytest.approx(0.05, abs=1e-9)
+    found = verdict(Exact(), BETWEEN, distance=-1.0, **nothing)
+    assert (found.kind, found.symptom) == (Verdicts.WRONG, claims.SHORT)
+    apart = Scene(DISTANCE, Sphere([0, 0, 4], 0.25), TWINS, "generic")
+    assert verdict(Exact(), apart, distance=2.0).symptom == claims.SHORT
+
+
+def test_an_overlap_whose_depth_is_not_told_is_an_overlap_all_the_same() -> None:
+    nothing = {"on_a": [np.nan] * 3, "on_b": [np.nan] * 3, "normal": [np.nan] * 3}
+    overlap = Scene(DISTANCE, OVERLAPPING.a, OVERLAPPING.b, "generic")
+    assert verdict(NoDepth(), overlap, distance=-math.inf, **nothing).kind is Verdicts.AGREES
+    assert verdict(Exact(), overlap, distance=-math.inf, **nothing).symptom == claims.SHORT
+    found = verdict(NoDepth(), APART, distance=-math.inf, **nothing)
+    assert (found.symptom, found.amount) == (claims.SHORT, 2.0)
+    assert verdict(NoDepth(), overlap, distance=-0.25).symptom == claims.LONG
+
+
+def test_the_contact_of_one_triangle_has_a_depth_of_its_own() -> None:
+    other = {"distance": -0.125, "normal": [0, 0, 1], "on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
+    assert verdict(Exact(), OVERLAPPING, **other).kind is Verdicts.WRONG
+    assert verdict(OneTriangle(), OVERLAPPING, **other).kind is Verdicts.CONVENTION
+    assert verdict(OneTriangle(), OVERLAPPING, hit=0.0).symptom == claims.MISSED
+    assert verdict(OneTriangle(), OVERLAPPING, **other, point=[9, 0, 0]).symptom == claims.OUTSIDE
 
 
 def test_what_an_engine_cannot_hold_is_not_judged() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import math
 import pickle
 from dataclasses import fields
@@ -256,6 +257,39 @@ def test_a_kdop_around_points_contains_them_exactly_and_closely(k):
         assert outside_by(KDOP(dop.directions, dop.lower, dop.upper - 1e-15 * reach), points) > 0
     exact = np.array([[-1.0, 2.0, 3.0], [4.0, 0.5, -6.0]])
     assert KDOP.around(exact, 6).upper.tolist() == [4.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(("k", "zeros"), [(6, {2}), (14, {2, 0}), (18, {2, 1}), (26, {2, 1, 0})])
+def test_the_usual_directions_are_those_of_a_cube(k, zeros):
+    """To its faces, its edges and its corners; each once, and one of each opposite two."""
+    cube = {d for d in itertools.product((-1, 0, 1), repeat=3) if d.count(0) in zeros}
+    found = [tuple(int(x) for x in d) for d in KDOP.around(CLOUD, k).directions]
+    assert {*found, *(tuple(-x for x in d) for d in found)} == cube
+    assert 2 * len(found) == len(cube) == k
+
+
+def test_the_reference_point_is_the_mean_of_the_corners_alone_and_in_a_batch():
+    """The batch's smaller hulls repeat their last corner."""
+    cube = np.array(list(itertools.product((-1, 0.5), repeat=3)))
+    clouds = np.stack([CLOUD, np.repeat(CLOUD[:4], 3, axis=0), np.concatenate([cube, cube[:4]])])
+    for many in (KDOP.around(clouds, 14), ConvexPolyhedron.from_vertices(clouds, [1, 2, 3], TURN)):
+        assert len({len(type(many).unpack(row).hull.vertices) for row in many.pack()}) >= 2
+        for i, row in enumerate(many.pack()):
+            alone = type(many).unpack(row)
+            middle = alone.hull.vertices.mean(axis=0)
+            if isinstance(many, ConvexPolyhedron):
+                middle = many.position[i] + apply(rotation_matrix(np.array(TURN)), middle)
+            assert np.array_equal(many.reference_point[i], alone.reference_point)
+            assert np.allclose(alone.reference_point, middle, rtol=0, atol=1e-14)
+            assert many.magnitude[i] == alone.magnitude
+
+
+@pytest.mark.parametrize("shape", [NEW[0], NEW[3], NEW[4], OLD[4]], ids=kind)
+def test_quaternions_of_any_length_turn_alike(shape):
+    expected = support(shape.rotated(TURN), WAYS)
+    for length in (2.0**800, 2.0**-800, -1.0):
+        again = shape.rotated(np.array(TURN) * length).rotated(np.array([0, 0, 0, 1]) * length)
+        assert np.allclose(support(again, WAYS), expected, rtol=0, atol=1e-14)
 
 
 # ---- isometries and scalings -------------------------------------------------------------------------------------

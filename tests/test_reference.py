@@ -18,7 +18,8 @@ from tests.conftest import effort, name_of, scenes_of
 UNIONS = (Polyhedron, Composite)
 CONVEX = [pair for pair in TABLE if pair[1] not in UNIONS and pair[0] not in UNIONS]
 PAIRS = [pair for pair in CONVEX if pair[0] is not Ray]
-RAY_PAIRS = [pair for pair in CONVEX if pair[0] is Ray]
+UNION_PAIRS = [pair for pair in TABLE if pair not in CONVEX and pair[0] is not Ray]
+RAY_PAIRS = [pair for pair in TABLE if pair[0] is Ray]
 ACCURACY = 1e-14
 """Of rays, and of the pairs that are closed forms or finite."""
 
@@ -156,6 +157,26 @@ def test_rays_hit_where_they_truly_do(pair, regime):
         assert abs(truth.signed_distance(Point(point), b[i])) <= 2 * ACCURACY * size, case(rays, b, i)
         until = truth.signed_distance(Capsule(ray.origin, point, 0.0), b[i])
         assert abs(until) <= 2 * ACCURACY * size, case(rays, b, i)
+
+
+@pytest.mark.parametrize("regime", ["generic", "aligned", "nearly_touching", "sliver"])
+@pytest.mark.parametrize("pair", UNION_PAIRS, ids=name_of)
+def test_unions_apart_are_true_and_ways_out_are_free(pair, regime):
+    """Apart, to 1e-12; overlapping, no less deep than their pieces, and apart after the translation that is told."""
+    a, b = scenes_of(pair, regime, max(effort() // 10, 1))
+    found, hits = refimpl.distance(a, b), refimpl.intersect(a, b)
+    for i in range(len(a)):
+        true, told = truth.signed_distance(a[i], b[i]), float(found.distance[i])
+        size = truth.scene_scale(a[i], b[i], true) or 1.0
+        if true > 0:
+            assert abs(true - told) <= 1e-12 * size, case(a, b, i)
+        else:
+            assert told <= true + 1e-12 * size, case(a, b, i)
+        if abs(true) > 1e-12 * size:
+            assert bool(hits[i]) == (true <= 0), case(a, b, i)
+        if -math.inf < told < 0:
+            moved = b[i].translated(-told * found.normal[i])
+            assert truth.signed_distance(a[i], moved) >= -3e-12 * max(size, -told), case(a, b, i)
 
 
 def test_an_error_of_2e_14_is_seen():

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from refimpl.algorithms.nearest import best_normal, nearest_on_segment, point_on_segment, without
-from refimpl.linear import Array, Bools, cross, dot, norm, perpendicular, scale, unit_or
+from refimpl.algorithms.nearest import best_normal, nearest_on_segment, without
+from refimpl.compiling import module_for, numbers
+from refimpl.linear import Array, Bools, dot, norm, perpendicular, scale, unit_or
 from refimpl.results import Separation
 from refimpl.shapes import Capsule, Point, Sphere
 
@@ -48,45 +49,13 @@ def point_segment(x: Array, p: Array, q: Array) -> Separation:
     return Separation(norm(offset), x, nearest, best_normal(directions, gap_along, offset))
 
 
-def segment_segment(p: Array, q: Array, r: Array, s: Array) -> Separation:
-    """Gap between the segments pq and rs.
-
-    Of five candidates, one of which is the answer, the nearest counts: the feet of the common perpendicular, and
-    each of the four ends with its nearest point on the other segment. The perpendicular is found in the plane
-    across pq: there the nearly parallel case loses nothing that matters, because an error along the
-    common direction does not change the gap. Ericson, Real-Time Collision Detection, 5.1.9.
-    """
-    a, b = q - p, s - r
-    across, offset = without(b, a), without(r - p, a)
-    square = dot(across, across)
-    t = np.clip(-dot(offset, across) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    foot = point_on_segment(t, r, s)
-    on_b = [foot, r, s, nearest_on_segment(p, r, s), nearest_on_segment(q, r, s)]
-    on_a = [nearest_on_segment(y, p, q) for y in on_b[:3]] + [p, q]
-    gaps = np.stack([norm(y - x) for x, y in zip(on_a, on_b, strict=True)], axis=-1)
-    best = np.argmin(gaps, axis=-1)[..., None]
-    x = np.take_along_axis(np.stack(on_a, axis=-2), best[..., None], axis=-2)[..., 0, :]
-    y = np.take_along_axis(np.stack(on_b, axis=-2), best[..., None], axis=-2)[..., 0, :]
-    gap = np.take_along_axis(gaps, best, axis=-1)[..., 0]
-    normal = _normal_of_segments(p, a, r, b, y - x)
-    for _ in range(2):  # nearly parallel: of many pairs with equal gaps, one that lies along the normal
-        x = nearest_on_segment(y - scale(gap, normal), p, q)
-        y = nearest_on_segment(x + scale(gap, normal), r, s)
-    return Separation(gap, x, y, normal)
-
-
-def _normal_of_segments(p: Array, a: Array, r: Array, b: Array, offset: Array) -> Array:
-    """Return the normal from segment p + [0, 1] a to segment r + [0, 1] b, whose closest points are `offset` apart."""
-    sideways = perpendicular(np.where((dot(a, a) >= dot(b, b))[..., None], a, b))
-    common = unit_or(without(cross(a, b), a), sideways)[0]
-    direct = unit_or(offset, sideways)[0]
-    directions = [direct, unit_or(without(offset, a), direct)[0], unit_or(without(offset, b), direct)[0]]
-    directions += [common, -common, sideways, -sideways]
-
-    def gap_along(n: Array) -> Array:
-        return dot(r - p, n) + np.minimum(dot(b, n), 0.0) - np.maximum(dot(a, n), 0.0)
-
-    return best_normal(directions, gap_along, offset)
+def segment_segment(c: Capsule, d: Capsule) -> Separation:
+    """Gap between the axes of two capsules: the scalar kernel `refimpl.kernels.segments`."""
+    module = module_for("segments", len(c))
+    answers = numbers(np.zeros((len(c), 10)), module)
+    module.segment_separations(numbers(c.pack(), module), numbers(d.pack(), module), answers)
+    found = np.array(answers).reshape(len(c), 10)
+    return Separation(found[:, 0], found[:, 4:7], found[:, 7:10], found[:, 1:4])
 
 
 def point_sphere(x: Point, s: Sphere) -> Separation:
@@ -118,7 +87,7 @@ def capsule_capsule(c: Capsule, d: Capsule) -> Separation:
 
     Where the axes cross, the normal is perpendicular to both. Ericson, Real-Time Collision Detection, 4.5.1.
     """
-    return grown(segment_segment(c.p, c.q, d.p, d.q), c.radius, d.radius)
+    return grown(segment_segment(c, d), c.radius, d.radius)
 
 
 def point_meets_sphere(x: Point, s: Sphere) -> Bools:

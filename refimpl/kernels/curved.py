@@ -16,7 +16,7 @@ from . import kernel
 from .bodies import CENTER, COUNT, ELLIPSOID, HULL, KIND, RADIUS, SIZES, VERTICES, Row, three
 from .deepest import deepest
 from .expanding import Floats, Ints, expand
-from .features import Points, gap_along, polish
+from .features import Points, gap_along, points_of_face, polish
 from .gjk import ON_A, ON_B, OVERLAPPING, Simplex, gjk, store, weighted
 from .newton import ZERO
 from .projection import nearest_to_point
@@ -24,6 +24,8 @@ from .vectors import Vector, along, length, minus, opposite, unit_or
 from .witnesses import middle, settled
 
 EPS = 2.0**-52
+NEAR = 1e-10
+"""How far below the highest point, relative to the scene, points are taken for points of one face."""
 DOUBTFUL = 1e-13
 """Misfit of witness points, relative to the scene, above which the search is repeated more carefully."""
 
@@ -111,6 +113,9 @@ def general(
     found, sigma, n, x, y = apart(a, b, inset_a, inset_b, size, simplex, face_a, face_b)
     if not found:
         sigma, n = deepest(a, b, inset_a, inset_b, sigma, n, points, planes, facets, scratch)
+        sharp, m, _, _ = polish(a, b, points_of_face(a, n, NEAR * size), points_of_face(b, opposite(n), NEAR * size), n)
+        if sharp > sigma:
+            sigma, n = sharp, m
         sigma, n, x, y, misfit = settled(a, b, sigma, n, size, simplex, face_a, face_b)
         if misfit > DOUBTFUL * size:
             # nearly equal features were too much for the shortcuts: once more, by support points only

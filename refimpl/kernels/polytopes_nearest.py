@@ -22,7 +22,10 @@ SAVED = 4 * ENTRY
 """Where the simplex before the last step is kept."""
 ROOM = 8 * ENTRY
 APART, STOPPED, MEETING = 1, 0, -1
-MOST_STEPS = 200
+NOTHING = 2.0**-50
+"""A weight this near to 0 may be 0 or less. Its vertex is kept: it may turn the direction of the next step."""
+MOST_STEPS, MOST_PAUSES = 200, 12
+"""Steps in all, and steps that bring nothing but another direction."""
 
 
 @kernel
@@ -135,8 +138,8 @@ def _settle(s: Scratch, k: int) -> tuple[int, bool]:
         step, blocked = 1.0, -1
         for i in range(k):
             weight, wish = s[ENTRY * i + WEIGHT], s[ENTRY * i + WISH]
-            if wish <= 0.0:
-                way = weight / (weight - wish) if weight > 0.0 else 0.0
+            if wish <= -NOTHING:
+                way = max(weight, 0.0) / (max(weight, 0.0) - wish)
                 if blocked < 0 or way < step:
                     step, blocked = way, i
         for i in range(k):
@@ -248,6 +251,7 @@ def nearest(a: Row, b: Row, shift: Vector, start: Vector, close: float, s: Scrat
     _add(a, b, shift, farthest(a, start), lowest(b, start), 0, s)
     s[WEIGHT] = 1.0
     k = 1
+    pauses = 0
     n, h = _towards(s, k, close)
     for _ in range(MOST_STEPS):
         if h <= close:
@@ -269,7 +273,8 @@ def nearest(a: Row, b: Row, shift: Vector, start: Vector, close: float, s: Scrat
             return MEETING, 4, n, 0.0
         if status == APART:
             n, h = _towards(s, k, close)
-        if status == STOPPED or h >= before:
+        pauses += h >= before
+        if status == STOPPED or h > before + close or pauses > MOST_PAUSES:
             k, n, h = kept, point, before
             for at in range(ENTRY * k):
                 s[at] = s[SAVED + at]

@@ -13,17 +13,17 @@ from collections.abc import MutableSequence
 
 from . import kernel
 from .bodies import AXES, CENTER, COUNT, CYLINDER, ELLIPSOID, HULL, KIND, SIZES, VERTICES, Row, support, three
-from .features import points_of_face, polish
+from .features import feature, points_of_face, polish
 from .gjk import ON_A, ON_B, Simplex, gjk, nearest_of_three, store, weighted
-from .newton import ZERO
+from .newton import ZERO, curvature
 from .projection import nearest_to_point
-from .vectors import Vector, along, dot, length, minus, opposite, plus, times, unit_or, without
+from .vectors import Vector, along, cross, dot, length, minus, opposite, perpendicular, plus, times, unit_or, without
 
 Floats = MutableSequence[float]
 
 EPS = 2.0**-52
-ROUNDS = 200
-"""Most rounds of projecting the witness point of either body onto the other."""
+ROUNDS = 4
+"""Most rounds of correcting witness points."""
 
 
 @kernel
@@ -100,14 +100,68 @@ def nearest_on_feature(row: Row, face: Row, n: Vector, point: Vector) -> Vector:
 
 
 @kernel
+def flat_ways(row: Row, face: Row, n: Vector) -> tuple[Vector, float, Vector, float]:
+    """Two tangent directions in which a body is curved most and least where it is extreme along `n`, and how little.
+
+    How little is the radius of curvature: infinite along an edge and in a face, 0 at a vertex.
+    """
+    s = perpendicular(n)
+    t = cross(n, s)
+    if face[KIND] == CYLINDER or face[COUNT] > 2.0:
+        return s, math.inf, t, math.inf
+    if face[COUNT] == 2.0:
+        s = unit_or(without(minus(three(face, VERTICES + 3), three(face, VERTICES)), n), s)
+        t = cross(n, s)
+    top = support(row, n)
+    _, _, p, q, r = curvature(feature(row, (top, top, top))[0], n, s, t)
+    if face[COUNT] == 2.0:
+        return s, math.inf, t, r
+    middle_radius, half = (p + r) / 2.0, (p - r) / 2.0
+    spread = math.sqrt(half * half + q * q)
+    # eigenvector of the matrix (p, q; q, r), from the one of its rows that loses nothing
+    way = (spread + half, q) if half > 0.0 else (q, spread - half)
+    u = unit_or(along(times(way[0], s), way[1], t), s)
+    return u, middle_radius + spread, cross(n, u), max(middle_radius - spread, 0.0)
+
+
+@kernel
+def shares(
+    misfit: Vector, n: Vector, flat_a: tuple[Vector, float, Vector, float], flat_b: tuple[Vector, float, Vector, float]
+) -> tuple[Vector, Vector]:
+    """Split a tangential vector into a part that moves A and one that moves B, each where that body is flattest."""
+    ways = (flat_a[0], flat_a[2], flat_b[0], flat_b[2])
+    radii = (flat_a[1], flat_a[3], flat_b[1], flat_b[3])
+    first, second, most = 0, -1, 0.0
+    for i in range(1, 4):
+        if radii[i] > radii[first]:
+            first = i
+    for i in range(4):
+        sine = abs(dot(cross(ways[first], ways[i]), n))
+        value = min(radii[i], 1e300) * sine
+        if i != first and sine > 1e-12 and value > most:
+            second, most = i, value
+    on_a, on_b = ZERO, ZERO
+    if second < 0:
+        return times(dot(misfit, ways[first]) if first < 2 else 0.0, ways[first]), on_b
+    area = dot(cross(ways[first], ways[second]), n)
+    lengths = dot(cross(misfit, ways[second]), n) / area, dot(cross(ways[first], misfit), n) / area
+    for i, size in ((first, lengths[0]), (second, lengths[1])):
+        if i < 2:
+            on_a = along(on_a, size, ways[i])
+        else:
+            on_b = along(on_b, size, ways[i])
+    return on_a, on_b
+
+
+@kernel
 def witnesses(
     a: Row, b: Row, sigma: float, n: Vector, size: float, simplex: Simplex, face_a: Floats, face_b: Floats
 ) -> tuple[Vector, Vector, float]:
     """Find points of two bodies that are σ·n apart, and how much they fail to be.
 
-    They are where the extreme faces along n meet, when B is moved by −σ·n.
+    They are where the extreme faces along n meet, when B is moved by −σ·n. A direction tells a point badly where a
+    body is nearly flat; so what is missing is made up there, where a body's surface can be followed for a long way.
 
-    Of a very flat ellipsoid a direction does not tell the point well; it is projected from the other body instead.
     """
     slack = 256.0 * EPS * size
     face_towards(a, n, (0.0, 0.0, 0.0), slack, face_a)
@@ -118,11 +172,12 @@ def witnesses(
     misfit = length(along(minus(y, x), -sigma, n))
     if misfit <= 2.0 * EPS * size:
         return x, y, misfit
-    shift = times(sigma, n)
     face_towards(b, opposite(n), ZERO, slack, face_b)
+    flat_a, flat_b = flat_ways(a, face_a, n), flat_ways(b, face_b, opposite(n))
     for _ in range(ROUNDS):
-        p = nearest_on_feature(a, face_a, n, minus(y, shift))
-        q = nearest_on_feature(b, face_b, opposite(n), plus(p, shift))
+        move_a, move_b = shares(along(minus(y, x), -sigma, n), n, flat_a, flat_b)
+        p = nearest_on_feature(a, face_a, n, plus(x, move_a))
+        q = nearest_on_feature(b, face_b, opposite(n), minus(y, move_b))
         rest = length(along(minus(q, p), -sigma, n))
         if rest >= misfit:
             break

@@ -23,6 +23,7 @@ from refimpl.shapes import Composite, ConvexPolyhedron, HalfSpace, Polyhedron, P
 
 Floats = NDArray[np.float64]
 FAR = 1e300  # half-spaces reach everywhere
+ROUNDING = 2.0**-49
 MANY = 64  # pairs of atoms in boxes that overlap: parted before any direction is searched
 
 
@@ -203,7 +204,9 @@ class Directions:
             moved = Corners([along(other.corner(i), 1, shift) for i in range(len(other.floats))])
             found = exact_nearest(core, moved)[0].normal
             if any(found):
-                return found
+                way = plain(found)
+                roomy = gap_along(Group([a]), Group([b]), way) >= max(self.least, ROUNDING * Group([a, b]).extent)
+                return way if roomy else found
         if gap_along(Group([a]), Group([b]), normal) < self.least - 1e-9 * abs(self.least):
             raise Unproven
         return normal

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
+from itertools import chain, islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,14 +58,11 @@ def union_claims(a: Proxy, b: Proxy) -> tuple[Claim, ...]:
     upper = _nearest(a, b, guess, size) if sigma > 0 else _overlapping(a, b, -sigma * np.array(normal), size)
     found: list[Claim] = [upper[1]] if upper else []
     guesses = [normal] if normal and any(normal) else []
+    covers: Iterator[Cover] = _moved(a, b, sigma, normal, size)
     if upper and upper[0] > 0:
-        covers = _covers(a, b, np.zeros(3), max(float(upper[0]) - TIGHT * size, 0.5 * float(upper[0])), guesses)
-    else:
-        covers = _moved(a, b, sigma, normal, size)
-    for cover in covers:
-        if _holds(cover, a, b):
-            found.append(cover)
-            break
+        least = max(float(upper[0]) - TIGHT * size, 0.5 * float(upper[0]))
+        covers = chain(_covers(a, b, np.zeros(3), least, guesses), covers)
+    found += islice((cover for cover in covers if _holds(cover, a, b)), 1)
     return tuple(found)
 
 
@@ -164,7 +162,8 @@ def _distance(one: Proxy, other: Proxy) -> float:
 def _overlapping(a: Proxy, b: Proxy, move: Floats, size: float) -> tuple[Any, Part] | None:
     """The deepest pair of convex parts and pieces."""
     depth = math.sqrt(move @ move)
-    pairs = [(p, q) for p in _solids(a) for q in _solids(b)]
+    of_a, of_b = _solids(a), _solids(b)
+    pairs = [(of_a[i], of_b[j]) for i, j in _by_overlap(of_a, of_b)]
     ranked = sorted((_distance(p.shape, q.shape), i) for i, (p, q) in enumerate(pairs))
     chosen = [pairs[i] for rank, i in ranked[:DEEPEST] if rank <= 0]
     found = [pair for pair in _balls(a, b, depth) if _holds(pair[1], a, b)]
@@ -172,6 +171,23 @@ def _overlapping(a: Proxy, b: Proxy, move: Floats, size: float) -> tuple[Any, Pa
     if best is not None and _holds(best[1], a, b):
         found.append(best)
     return min(found, key=lambda pair: pair[0]) if found else _nearest(a, b, None, size)
+
+
+def _by_overlap(of_a: Sequence[Choice], of_b: Sequence[Choice]) -> list[tuple[int, int]]:
+    """Pairs whose boxes overlap, the most first, as many as are looked at."""
+    (low_a, high_a), (low_b, high_b) = (boxes_of([_as_atom(choice) for choice in side]) for side in (of_a, of_b))
+    common = np.minimum(high_a[:, None], high_b[None]) - np.maximum(low_a[:, None], low_b[None])
+    depth = np.min(common, axis=2)
+    order = np.argsort(-depth, axis=None, kind="stable")[:PAIRS]
+    found = [(int(k) // len(of_b), int(k) % len(of_b)) for k in order]
+    return [(i, j) for i, j in found if depth[i, j] >= 0]
+
+
+def _as_atom(choice: Choice) -> Atom:
+    found = Atom(0, choice.shape)
+    if isinstance(choice.of, tuple):
+        found.corners = choice.of[1].corners
+    return found
 
 
 class _Rough(NamedTuple):

@@ -221,14 +221,22 @@ def _distance(shift: Exact) -> Leaf:
         low, high = root(Fraction(dot(n, n)))
         rise = -dot(n, shift)
         for way, atoms, shares in ((n, a, faces[0]), ([-c for c in n], b, faces[1])):
-            rise += max(_height(atom, way, high, shares.get(number_of, ())) for number_of, atom in atoms)
+            rise += _height(atoms, way, high, shares)
         return Fraction(-rise) / (high if rise <= 0 else low)
 
     return leaf
 
 
-def _height(atom: Solid, n: Sequence[int], length: Fraction, shares: Any) -> Fraction:
-    return atom.support(n, shares) + (atom.radius * length if atom.radius else 0)
+def _height(atoms: Atoms, n: Sequence[int], length: Fraction, shares: dict[int, Any]) -> Fraction:
+    """Support function of a group, at most; triangles of one mesh are compared as integers."""
+    heights, levels = [], dict[int, int]()
+    for number_of, atom in atoms:
+        if isinstance(atom, Hull) and not atom.radius:
+            level = max(n[0] * x + n[1] * y + n[2] * z for x, y, z in atom.vertices)
+            levels[atom.unit] = max(level, levels.get(atom.unit, level))
+        else:
+            heights.append(atom.support(n, shares.get(number_of, ())) + atom.radius * length)
+    return max([*heights, *(Fraction(level, unit) for unit, level in levels.items())])
 
 
 def _free(ray: Line, time: Fraction | None, ray_first: bool) -> Leaf:

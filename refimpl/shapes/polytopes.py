@@ -54,7 +54,7 @@ class KDOP(Polytope):
         self._derive_now()
 
     def _derive(self) -> Derived:
-        """Hull of the planes: first those of `upper`, then those of `lower`."""
+        """Hull of 2 k planes, as `Hull.active_planes` numbers them: first those of `upper`, then those of `lower`."""
         normals = np.concatenate([self.directions, -self.directions], axis=-2)
         return of_planes(
             np.concatenate([normals, np.concatenate([-self.upper, self.lower], axis=-1)[..., None]], axis=-1)

@@ -37,6 +37,7 @@ from tests.truth.rationals import (
     scaled,
     vector,
 )
+from tests.truth.unions import corners_of, planes_of, surrounds
 from tests.truth.zonotopes import core_of
 
 Interval = tuple[Any, Any] | None
@@ -44,10 +45,11 @@ FOREVER: tuple[Any, Any] = (0, math.inf)
 
 
 def ray_interval(ray: Ray, b: Proxy) -> tuple[mpf, mpf] | None:
-    """Times t ≥ 0 at which origin + t·direction lies in the convex solid `b`; None if there are none.
+    """Times t ≥ 0 at which origin + t·direction lies in the solid `b`; None if there are none.
 
     Whether the ray hits is decided exactly, and grazing is a hit. The times are right to a relative 1e-58.
-    The first is 0 exactly when the origin lies in `b`; the last is +inf when the ray stays in a half-space.
+    The first is 0 exactly when the origin lies in `b`; the last is +inf when the ray stays in a half-space. Of a
+    union, the first is its own, the last that of a piece: a part, or a triangle of a polyhedron.
     """
     with mp.workdps(DIGITS):
         pieces = _stays(vector(ray.origin), vector(ray.direction), b)
@@ -58,6 +60,12 @@ def ray_interval(ray: Ray, b: Proxy) -> tuple[mpf, mpf] | None:
 def _stays(origin: Vector, d: Vector, b: Proxy) -> list[Interval]:
     """Times of the pieces of a solid, whose hull is the time in the whole."""
     match b:
+        case Composite():
+            return [stay for part in b.parts for stay in _stays(origin, d, part)]
+        case Polyhedron():
+            triangles = corners_of(b)
+            on_surface = [_ray_below(origin, d, planes_of(t)) for t in triangles]
+            return [*on_surface, (0, 0)] if (0, 0) not in on_surface and _inside(triangles, origin) else on_surface
         case Capsule():
             return _ray_in_capsule(origin, d, b)
         case Sphere():
@@ -69,6 +77,11 @@ def _stays(origin: Vector, d: Vector, b: Proxy) -> list[Interval]:
             half = scaled(Fraction(1, 2), minus(q, p))
             return [_ray_in_cylinder(minus(origin, plus(p, half)), d, half, number(b.radius))]
     return [_ray_below(origin, d, _planes(b))]
+
+
+def _inside(triangles: list[tuple[Vector, Vector, Vector]], p: Vector) -> bool:
+    """Whether a point that may lie on the surface is in the solid."""
+    return any(_ray_below(p, (0, 0, 0), planes_of(t)) for t in triangles) or surrounds(triangles, p)
 
 
 def _planes(b: Proxy) -> list[tuple[Vector, Fraction]]:

@@ -38,6 +38,17 @@ def triangle(p: Vector, q: Vector, r: Vector) -> Body:
     return Body((p, q, r), edges, (normal, opposite(normal)))
 
 
+def planes_of(t: tuple[Vector, Vector, Vector]) -> list[tuple[Vector, Any]]:
+    """Planes (n, k) around a triangle: both sides of its own, and one through each edge."""
+    normal = cross(minus(t[1], t[0]), minus(t[2], t[0]))
+    level = -dot(normal, t[0])
+    planes = [(normal, level), (opposite(normal), -level)]
+    for i in range(3):
+        outward = cross(minus(t[(i + 1) % 3], t[i]), normal)
+        planes.append((outward, -dot(outward, t[i])))
+    return planes
+
+
 def corners_of(shape: Polyhedron) -> list[tuple[Vector, Vector, Vector]]:
     """Exact corners of a polyhedron's triangles, where it stands."""
     turn = [rotated(shape.rotation, e) for e in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
@@ -103,7 +114,7 @@ def _swallows(outer: Proxy, inner: Proxy) -> bool:
 
 
 def surrounds(triangles: list[tuple[Vector, Vector, Vector]], p: Vector) -> bool:
-    """Whether a closed surface surrounds a point that is not on it: a ray out of it meets an odd number of triangles."""
+    """Whether a closed surface surrounds a point that is not on it: a ray meets an odd number of triangles."""
     for way in ((3, 5, 7), (-7, 3, 5), (5, -7, 3), (11, 2, -5), (2, 13, 3)):
         crossings = [_crossing(t, p, way) for t in triangles]
         if None not in crossings:
