@@ -21,8 +21,8 @@ from oracles.meshfiles import FORMATS, ModelError
 from oracles.models import FORMS, Model, mesh_model, urdf_model
 
 MOST_ENTRIES, MOST_MODELS = 100_000, 10_000
-TRIES = 8
-"""Models of a family that are tried for a form before the next family's turn."""
+TRIES, MOST_TRIED = 8, 200
+"""Models of a family that are tried for a form before the next family's turn, and of all families in the end."""
 
 
 @dataclass
@@ -43,7 +43,7 @@ class Library:
     families: dict[str, list[Model]]
     unread: dict[str, str] = field(default_factory=dict)
     lacking: set[str] = field(default_factory=set)
-    """Forms that were asked for and that no model has, so that one made here took its place."""
+    """Forms that were asked for and not found, so that models made here took the place."""
 
     @property
     def models(self) -> list[Model]:
@@ -65,7 +65,7 @@ class Library:
                 model = family[(begin + j) % len(family)]
                 if not model.defect(form):
                     return model
-        for model in self.models:
+        for model in self.models[:MOST_TRIED]:
             if not model.defect(form):
                 return model
         self.lacking.add(form)
@@ -96,7 +96,9 @@ class Library:
 
     def account(self) -> list[str]:
         """What a run's report says: the summary, forms that had to come from elsewhere, files that cannot be used."""
-        lacking = [f"none of them is a {form}: models made in code took the place" for form in sorted(self.lacking)]
+        lacking = [
+            f"none of those tried is a {form}: models made in code took the place" for form in sorted(self.lacking)
+        ]
         return [self.summary(), *lacking, *(f"{name} {why}" for name, why in self.unread.items())]
 
 

@@ -111,7 +111,7 @@ def test_a_form_that_no_model_has_comes_from_the_models_made_here_and_is_said(tm
     (tmp_path / "open.obj").write_text(OPEN)
     found = of_folder(tmp_path)
     assert found.pick(NumpyDraws(1, (0,), 1), SOLID) in made_here().models
-    assert "none of them is a solid: models made in code took the place" in found.account()
+    assert "none of those tried is a solid: models made in code took the place" in found.account()
 
 
 def test_without_pybullet_data_models_are_made_in_code(monkeypatch: pytest.MonkeyPatch):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 import struct
+import sys
 import time
 from pathlib import Path
 
@@ -107,3 +108,10 @@ def test_large_files_are_refused_before_they_are_parsed(tmp_path: Path):
         with pytest.raises(ModelError, match="is too large: as long as 50000 faces"):
             read_mesh(path)
     assert time.monotonic() - began < 10
+
+
+def test_without_trimesh_the_error_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "m.obj").write_text(TETRAHEDRON)
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(ModelError, match="trimesh is not installed"):
+        read_mesh(tmp_path / "m.obj")

@@ -19,7 +19,7 @@ import pytest
 from oracles.engine import Answers, Array, Engine, EngineUnavailable, Status
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from oracles.worker import EngineWorker
-from refimpl.shapes import AABB, Point, Ray, Sphere
+from refimpl.shapes import AABB, KDOP, Point, Ray, Sphere
 from tests import wrong_engines as wrong
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
@@ -155,6 +155,22 @@ def test_a_lost_scene_costs_only_itself(engine: type[Engine], fate: Status, text
     np.testing.assert_array_equal(answers.distance[~lost], right.distance[~lost])
     np.testing.assert_array_equal(answers.hit[~lost], right.hit[~lost])
     assert np.isnan(answers.distance[lost]).all()
+
+
+def test_a_shape_that_an_engine_cannot_hold_is_no_error() -> None:
+    found = ask(wrong.Picky, -1.0, 1.0, -2.0)
+    assert statuses(found) == [Status.ANSWERED, Status.UNSUPPORTED, Status.ANSWERED]
+    assert found.errors == {1: "UnsupportedCell: on purpose"}
+
+
+def test_rows_that_say_their_own_size_pass_as_they_are() -> None:
+    balls = np.array([[0.0, 0.0, 0.0, 1.0]] * 2)
+    directions = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0], [1.0, 1.0, 0]])
+    slabs = [KDOP(directions[:k], np.zeros(k), np.ones(k)).pack() for k in (3, 4)]
+    with worker(wrong.Counting) as at_work:
+        for row in slabs:
+            found = at_work.answer(DISTANCE, KDOP, Sphere, [row, row], balls)
+            assert found.distance.tolist() == [len(row)] * 2
 
 
 def test_many_crashes_are_cheap_and_leave_nothing_behind() -> None:

@@ -22,6 +22,7 @@ from oracles.engine import (
     Solver,
     Support,
     Tolerance,
+    UnsupportedCell,
     answer_row,
     unsupported,
 )
@@ -208,6 +209,25 @@ class Raising(Honest):
         if row_a[0] > 0:
             raise ValueError("on purpose")
         return super().spoil(answer, row_a)
+
+
+class Picky(Honest):
+    """Answers the cell, but cannot hold some of its shapes."""
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        if row_a[0] > 0:
+            raise UnsupportedCell("on purpose")
+        return super().spoil(answer, row_a)
+
+
+class Counting(Honest):
+    """Answers with the length of the rows, whatever the shapes."""
+
+    def _support(self, query: str, A: Kind, B: Kind) -> Support:
+        return NATIVE
+
+    def solver(self, query: str, A: Kind, B: Kind) -> Solver:
+        return lambda a, b: answer_row(distance=len(a), on_a=b[:3], on_b=b[:3], normal=b[:3])
 
 
 class Noisy(Honest):

@@ -173,7 +173,7 @@ def _flattened(s: Scratch, least: float) -> bool:
         if _wish_on_triangle(s, j, k, 3):
             u, v, t = s[ENTRY * j + WISH], s[ENTRY * k + WISH], s[3 * ENTRY + WISH]
             w = along(along(times(u, _point(s, j)), v, _point(s, k)), t, _point(s, 3))
-            if u >= 0.0 and v >= 0.0 and t >= 0.0 and dot(w, w) < least:
+            if min(u, v, t) >= -NOTHING and dot(w, w) < least:
                 best, least = i, dot(w, w)
     if best < 0:
         return False
@@ -218,7 +218,7 @@ def _advance(s: Scratch, k: int, least: float, height: float, close: float) -> t
     w = _mean(s, 4)
     square = dot(w, w)
     enclosed = reached and height <= 0.0 and square < least
-    if enclosed and square <= 16.0 * close * close:
+    if reached and square <= 16.0 * close * close:
         return 4, MEETING
     if _flattened(s, least):
         return 3, APART

@@ -19,6 +19,7 @@ from .vectors import Vector, dot, minus, opposite, plus, times, unit_or, without
 
 FEATURES = 36
 """Room for the directions of all edges of a simplex."""
+MOST_STARTS = 4
 HERE = (0.0, 0.0, 0.0)
 Answer = tuple[float, Vector, Vector, Vector]
 """Signed distance; normal; witness points on A and on B."""
@@ -69,10 +70,19 @@ def across_features(
 
 @kernel
 def touching_points(a: Row, b: Row, sigma: float, n: Vector, close: float, s: Scratch) -> tuple[Vector, Vector]:
-    """Witness points: where A and B meet once B is moved along the normal by minus the signed distance."""
-    shift = times(-sigma, n)
-    _, k, _, _ = nearest(a, b, shift, n, close, s)
-    return on_first(a, s, k), on_second(b, s, k)
+    """Witness points: where A and B meet once B is moved along the normal by minus the signed distance.
+
+    A search that ends before, because rounding misled it, starts again from the direction where it ended.
+    """
+    shift, start = times(-sigma, n), n
+    x, y, least = HERE, HERE, math.inf
+    for _ in range(MOST_STARTS):
+        status, k, start, rest = nearest(a, b, shift, start, close, s)
+        if rest < least:
+            x, y, least = on_first(a, s, k), on_second(b, s, k), rest
+        if status == MEETING or rest <= 8.0 * close:
+            break
+    return x, y
 
 
 @kernel

@@ -14,10 +14,12 @@ from refimpl.shapes import (
     KDOP,
     Box,
     Capsule,
+    Composite,
     ConvexPolyhedron,
     Cylinder,
     Ellipsoid,
     HalfSpace,
+    Polyhedron,
     Proxy,
     Ray,
     Sphere,
@@ -52,7 +54,7 @@ def ray_interval(ray: Ray, b: Proxy) -> tuple[mpf, mpf] | None:
     union, the first is its own, the last that of a piece: a part, or a triangle of a polyhedron.
     """
     with mp.workdps(DIGITS):
-        pieces = _stays(vector(ray.origin), vector(ray.direction), b)
+        pieces = _union_stays(vector(ray.origin), vector(ray.direction), b)
         hits = [(real(piece[0]), real(piece[1])) for piece in pieces if piece]
         return (min(first for first, _ in hits), max(last for _, last in hits)) if hits else None
 
@@ -60,12 +62,6 @@ def ray_interval(ray: Ray, b: Proxy) -> tuple[mpf, mpf] | None:
 def _stays(origin: Vector, d: Vector, b: Proxy) -> list[Interval]:
     """Times of the pieces of a solid, whose hull is the time in the whole."""
     match b:
-        case Composite():
-            return [stay for part in b.parts for stay in _stays(origin, d, part)]
-        case Polyhedron():
-            triangles = corners_of(b)
-            on_surface = [_ray_below(origin, d, planes_of(t)) for t in triangles]
-            return [*on_surface, (0, 0)] if (0, 0) not in on_surface and _inside(triangles, origin) else on_surface
         case Capsule():
             return _ray_in_capsule(origin, d, b)
         case Sphere():
@@ -77,6 +73,17 @@ def _stays(origin: Vector, d: Vector, b: Proxy) -> list[Interval]:
             half = scaled(Fraction(1, 2), minus(q, p))
             return [_ray_in_cylinder(minus(origin, plus(p, half)), d, half, number(b.radius))]
     return [_ray_below(origin, d, _planes(b))]
+
+
+def _union_stays(origin: Vector, d: Vector, b: Proxy) -> list[Interval]:
+    """Times of the parts, or of the triangles of a polyhedron, and 0 where the ray starts within it."""
+    if isinstance(b, Composite):
+        return [stay for part in b.parts for stay in _union_stays(origin, d, part)]
+    if not isinstance(b, Polyhedron):
+        return _stays(origin, d, b)
+    triangles = corners_of(b)
+    on_surface = [_ray_below(origin, d, planes_of(t)) for t in triangles]
+    return [*on_surface, (0, 0)] if _inside(triangles, origin) else on_surface
 
 
 def _inside(triangles: list[tuple[Vector, Vector, Vector]], p: Vector) -> bool:

@@ -1,0 +1,183 @@
+"""Meshes from files: what is read, what is refused, and that the refusal says where."""
+
+import builtins
+import os
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from refimpl import Composite, Polyhedron, distance
+from refimpl.loading import FORMATS, LoadError, from_trimesh, hulls_from_trimesh, load_hulls, load_polyhedron
+from refimpl.repairs import REPAIRS
+from tests.solids import L_SHAPE, box, hollow_box, prism, together, torus
+
+trimesh = pytest.importorskip("trimesh")
+
+
+def obj(*meshes):
+    """OBJ text with an object for each mesh."""
+    lines, start = [], 1
+    for number, (vertices, triangles) in enumerate(meshes):
+        lines.append(f"o part{number}")
+        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+        lines += [f"f {a + start} {b + start} {c + start}" for a, b, c in triangles.tolist()]
+        start += len(vertices)
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(name, content):
+        path = tmp_path / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_every_format_is_read(form, write):
+    vertices, triangles = prism(L_SHAPE)
+    exported = trimesh.Trimesh(vertices, triangles, process=False).export(file_type=form)
+    mesh = load_polyhedron(write(f"solid.{form}", exported))
+    assert isinstance(mesh, Polyhedron)
+    assert sorted(map(tuple, mesh.vertices.tolist())) == sorted(map(tuple, vertices.tolist()))
+    assert len(mesh.triangles) == len(triangles)
+    assert len(mesh.pieces) == 2
+
+
+def test_text_stl_and_its_split_corners(write):
+    vertices, triangles = box()
+    text = trimesh.Trimesh(vertices, triangles, process=False).export(file_type="stl_ascii")
+    assert load_polyhedron(write("box.stl", text)).vertices.shape == (8, 3)
+
+
+def test_scale_and_objects(write):
+    path = write("parts.obj", obj(box(), box((0.5, 0.5, 0.5), (2, 2, 2)), torus()))
+    union = load_hulls(path, scale=0.001)
+    assert isinstance(union, Composite)
+    assert [len(part.numbers) for part in union.parts] == [8, 8, 96]
+    assert np.max(union.magnitude) == 0.002
+    with pytest.raises(LoadError, match=r"parts\.obj: Polyhedron: self-intersecting: face"):
+        load_polyhedron(path)
+
+
+def test_hulls_of_one_object_with_two_surfaces(write):
+    union = load_hulls(write("two.obj", obj(together(box(), box((3, 0, 0), (4, 1, 1))))))
+    assert len(union.parts) == 2
+    assert distance(*(part for part in union.parts)).distance == 2.0
+
+
+def test_a_hull_may_have_holes(write):
+    vertices, triangles = box()
+    union = load_hulls(write("open.obj", obj((vertices, triangles[2:]))))
+    assert len(union.parts) == 1
+    with pytest.raises(LoadError, match=r"open\.obj: Polyhedron: open: the edge from vertex \d+ \("):
+        load_polyhedron(write("open.obj", obj((vertices, triangles[2:]))))
+
+
+def test_objects_of_trimesh():
+    mesh = trimesh.creation.icosphere(subdivisions=1)
+    assert from_trimesh(mesh, scale=2.0).vertices.shape == mesh.vertices.shape
+    assert len(hulls_from_trimesh(mesh).parts) == 1
+    with pytest.raises(LoadError, match="expected vertices and faces"):
+        from_trimesh(object())
+    with pytest.raises(LoadError, match="face 0 names vertex 7 of 3"):
+        from_trimesh(SimpleNamespace(vertices=np.eye(3), faces=np.array([[0, 1, 7]])))
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "why"),
+    [
+        ("solid.xyz", "0 0 0", "read from obj, off, ply, stl files, this is xyz"),
+        ("solid", "0 0 0", "this is without suffix"),
+        ("empty.stl", b"", "empty.stl: "),
+        ("empty.obj", b"", "empty.obj: "),
+        ("cut.stl", b"\0" * 80 + (1000).to_bytes(4, "little") + b"\0" * 500, "cut.stl: "),
+        ("bomb.stl", b"\0" * 80 + (2**32 - 1).to_bytes(4, "little"), "bomb.stl: "),
+        ("noise.ply", bytes(range(256)) * 4, "noise.ply: "),
+        ("lies.ply", b"ply\nformat ascii 1.0\nelement vertex 999999999\nproperty float x\nend_header\n1\n", "lies.ply: "),
+        ("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "vertex 0 of face 0 is not finite"),
+        ("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "far.obj: "),
+        ("points.obj", "v 0 0 0\nv 1 0 0\n", "points.obj: "),
+        ("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "has no area"),
+    ],
+)  # fmt: skip
+def test_bad_files_are_refused_by_name(name, content, why, write):
+    with pytest.raises(LoadError, match=why):
+        load_polyhedron(write(name, content))
+
+
+def test_large_files_are_refused_unread(write):
+    path = write("big.obj", obj(torus()))
+    with pytest.raises(LoadError, match="larger than 1000 bytes"):
+        load_polyhedron(path, largest=1000)
+
+
+def test_what_is_no_file(tmp_path):
+    with pytest.raises(LoadError, match=r"missing\.stl: cannot be read"):
+        load_polyhedron(tmp_path / "missing.stl")
+    (tmp_path / "folder.stl").mkdir()
+    with pytest.raises(LoadError, match="not a regular file"):
+        load_polyhedron(tmp_path / "folder.stl")
+    os.mkfifo(tmp_path / "pipe.stl")
+    with pytest.raises(LoadError, match="not a regular file"):
+        load_polyhedron(tmp_path / "pipe.stl")
+
+
+def test_what_a_file_refers_to_is_not_opened(write, monkeypatch):
+    path = write("linked.obj", "mtllib secret.mtl\nusemtl s\n" + obj(box()))
+    write("secret.mtl", "newmtl s\nmap_Kd texture.png\n")
+    opened = []
+    real = builtins.open
+    monkeypatch.setattr(builtins, "open", lambda file, *a, **k: (opened.append(str(file)), real(file, *a, **k))[1])
+    load_polyhedron(path)
+    assert not any("secret" in name or "texture" in name for name in opened)
+
+
+def test_a_missing_package_is_named(write, monkeypatch):
+    real = builtins.__import__
+
+    def without(name, *rest, **named):
+        if name == "trimesh":
+            raise ImportError(name)
+        return real(name, *rest, **named)
+
+    path = write("box.obj", obj(box()))
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(LoadError, match=r"box\.obj: reading meshes needs the package trimesh"):
+        load_polyhedron(path)
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, np.nan, np.inf])
+def test_scales_are_positive(scale, write):
+    with pytest.raises(LoadError, match="the scale must be positive"):
+        load_polyhedron(write("box.obj", obj(box())), scale=scale)
+
+
+def test_repairs_are_done_only_when_asked_for(write):
+    vertices, triangles = box()
+    mixed = triangles.copy()
+    mixed[[2, 7, 8]] = mixed[[2, 7, 8]][:, ::-1]
+    damaged = {
+        "drop_degenerate": np.concatenate([triangles, [[0, 1, 1]]]),
+        "drop_duplicates": np.concatenate([triangles, triangles[3:4]]),
+        "turn_outwards": mixed,
+        "fill_holes": triangles[2:],
+    }
+    assert set(damaged) == set(REPAIRS)
+    for name, faces in damaged.items():
+        path = write(f"{name}.obj", obj((vertices, faces)))
+        with pytest.raises(LoadError):
+            load_polyhedron(path)
+        mesh = load_polyhedron(path, repairs=[name])
+        assert len(mesh.pieces) == 1
+        assert mesh.pieces[0].six_volumes() == 6
+    with pytest.raises(LoadError, match="there is no repair 'magic'; there are drop_degenerate, "):
+        load_polyhedron(path, repairs=["magic"])
+
+
+def test_cavities_are_kept(write):
+    mesh = load_polyhedron(write("hollow.obj", obj(hollow_box())))
+    assert sum(piece.six_volumes() for piece in mesh.pieces) == 6 * (8 - 1)
