@@ -132,8 +132,8 @@ def _read(path: Path, largest: int, split: bool) -> list[Mesh]:
         raise LoadError(f"{path}: not a regular file")
     if len(data) > largest:
         raise LoadError(f"{path}: larger than {largest} bytes; raise `largest` if that is meant")
-    if form != "stl" or data[:5].lower() == b"solid":
-        data = data if _is_binary_stl(data, form) else data.decode("utf-8", errors="replace").encode()
+    if form in {"obj", "off"} or (form == "stl" and not _is_binary_stl(data)):
+        data = data.decode("utf-8", errors="replace").encode()  # names and comments may be in any encoding
     trimesh = _trimesh(str(path))
     options: dict[str, Any] = {"split_object": split, "skip_materials": True} if form == "obj" else {}
     try:
@@ -147,8 +147,8 @@ def _read(path: Path, largest: int, split: bool) -> list[Mesh]:
     return [_numbers(str(path), mesh) for mesh in found]
 
 
-def _is_binary_stl(data: bytes, form: str) -> bool:
-    return form == "stl" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+def _is_binary_stl(data: bytes) -> bool:
+    return len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
 
 
 def _trimesh(name: str) -> Any:

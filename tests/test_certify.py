@@ -338,18 +338,19 @@ def test_roots_are_enclosed(square: Fraction, bits: int) -> None:
 
 
 def test_the_search_and_the_reference_meet_in_one_place() -> None:
-    """What the reference answers is one proposal among others (`convex.Search`): nothing is believed that is not
-    checked, so a wrong answer costs width, never truth. The checker's modules share nothing with it at all.
+    """What the reference answers is one proposal among others (`convex.reference`): nothing is believed that is not
+    checked, so a wrong answer costs width, never truth. The exact searches and the checker know nothing of it.
     """
+    own = ("refimpl.proof", "refimpl.shapes", "refimpl.linear")
+    floats = {"atoms.py", "bodies.py", "inscribed.py", "union_cast.py", "union_search.py"}
     for path in Path(proof.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and str(node.module).startswith("refimpl"):
-                meeting = path.name == "convex.py" and node.module == "refimpl.queries"
-                assert meeting or str(node.module).startswith(("refimpl.proof", "refimpl.shapes"))
+                assert str(node.module).startswith(own) or (path.name, node.module) == ("convex.py", "refimpl.queries")
+                assert node.module != "refimpl.linear" or path.name in floats
             elif isinstance(node, ast.Import):
-                searching = path.name in {"bodies.py", "inscribed.py"}
                 assert not any(alias.name.startswith("refimpl") for alias in node.names)
-                assert searching or not any(alias.name.startswith("numpy") for alias in node.names)
+                assert path.name in floats or not any(alias.name.startswith("numpy") for alias in node.names)
 
 
 def test_what_cannot_be_certified_says_so() -> None:

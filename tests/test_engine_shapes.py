@@ -113,6 +113,15 @@ def test_a_composite_is_as_near_as_its_nearest_part(workers: dict[str, EngineWor
         np.testing.assert_array_equal(hits, np.max([one.hit for one in single], axis=0))
 
 
+def test_a_composite_of_many_parts_loses_none(workers: dict[str, EngineWorker]) -> None:
+    """Compounds of PyBullet end after 16 parts: more of them stand side by side."""
+    chain = Composite([Sphere([3.0 * i, 0, 0], 1.0) for i in range(20)])
+    balls = rows(*[Sphere([3.0 * i, 4, 0], 1.0) for i in range(20)])
+    for name, worker in workers.items():
+        found = worker.answer(DISTANCE, Sphere, Composite, balls, np.tile(chain.pack(), (20, 1)))
+        np.testing.assert_allclose(found.distance, 2.0, rtol=0, atol=1e-5, err_msg=name)
+
+
 def test_parts_that_an_engine_cannot_hold_are_unsupported_and_cost_nothing_else(
     workers: dict[str, EngineWorker],
 ) -> None:

@@ -97,7 +97,7 @@ def test_objects_of_trimesh():
         ("cut.stl", b"\0" * 80 + (1000).to_bytes(4, "little") + b"\0" * 500, "cut.stl: "),
         ("bomb.stl", b"\0" * 80 + (2**32 - 1).to_bytes(4, "little"), "bomb.stl: "),
         ("noise.ply", bytes(range(256)) * 4, "noise.ply: "),
-        ("lies.ply", b"ply\nformat ascii 1.0\nelement vertex 999999999\nproperty float x\nend_header\n1\n", "lies.ply: "),
+        ("lies.ply", b"ply\nformat ascii 1.0\nelement vertex 999999999\nproperty float x\nend_header\n1\n", "lies.ply"),
         ("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "vertex 0 of face 0 is not finite"),
         ("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "far.obj: "),
         ("points.obj", "v 0 0 0\nv 1 0 0\n", "points.obj: "),

@@ -39,7 +39,7 @@ def test_a_flipped_face_is_named():
 
 def test_an_inside_out_mesh_is_refused():
     vertices, triangles = torus()
-    with pytest.raises(MeshError, match="flipped: the closed surface of 192 faces .* looks inwards"):
+    with pytest.raises(MeshError, match=r"flipped: the closed surface of 192 faces .* looks inwards"):
         require_solid(vertices, triangles[:, ::-1])
 
 
@@ -103,7 +103,7 @@ def test_wrong_indices():
     vertices, triangles = box()
     with pytest.raises(MeshError, match="face 0 names vertex 9, but there are 8 vertices"):
         require_solid(vertices, np.where(triangles == 1, 9, triangles))
-    with pytest.raises(MeshError, match="vertex 8 .* belongs to no face"):
+    with pytest.raises(MeshError, match=r"vertex 8 .* belongs to no face"):
         require_solid(np.concatenate([vertices, [[9.0, 9, 9]]]), triangles)
     with pytest.raises(MeshError, match="no faces"):
         require_solid(vertices, triangles[:0])

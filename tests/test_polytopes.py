@@ -13,7 +13,7 @@ from oracles.draws import NumpyDraws
 from oracles.regimes import REGIMES
 from refimpl import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Point, Sphere
 from refimpl.algorithms import polytopes
-from refimpl.compiling import module_for
+from refimpl.compiling import is_compiled, module_for
 from refimpl.kernels import axes
 from refimpl.kernels import polytopes as rows
 from refimpl.linear import power_of_two
@@ -70,7 +70,7 @@ KNOWN = [
     (Box((0, 0, 0), (1, 1, 1), (0, 0, 1, 2)), SLABS, -2),
     (Box((0, 0, 5), (1, 1, 1), NO_TURN), OCTAHEDRON, 3),
     (SLABS, SLABS, -2),
-    (SLABS, OCTAHEDRON, -4 / np.sqrt(3)),
+    (SLABS, OCTAHEDRON, -2),
     (OCTAHEDRON, OCTAHEDRON, -2 / np.sqrt(3)),
     (OCTAHEDRON, hull(OCTAHEDRON.vertices, (2, 0, 0)), 0),
     (SQUARE, SQUARE, 0),
@@ -99,22 +99,22 @@ def awkward_vertices(rng, kind):
     """Vertices of a small hull."""
     count = int(rng.integers(4, 13))
     ball = rng.normal(size=(count, 3))
-    match kind:
-        case "round":
-            return rng.integers(-2, 3, (count, 3)) / 2
-        case "sliver":
-            return ball * 10.0 ** -rng.integers(0, 10, 3)
-        case "flat":
-            return rng.integers(-2, 3, (count, 3)) * rng.permutation([0.0, 1.0, 1.0])
-        case "straight":
-            return rng.integers(-2, 3, (count, 1)) * rng.normal(size=3)
-        case "coplanar":  # a prism with many corners, and more points within its top
-            angle = np.sort(rng.uniform(0, 2 * np.pi, 5))
-            ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(5)], axis=-1)
-            return np.concatenate([ring, ring + [0, 0, 1], ring / 2 + [0, 0, 1]])
-        case "repeated":
-            return np.repeat(ball[:4], 3, axis=0)
-    return ball
+    made = {
+        "any": lambda: ball,
+        "round": lambda: rng.integers(-2, 3, (count, 3)) / 2,
+        "sliver": lambda: ball * 10.0 ** -rng.integers(0, 10, 3),
+        "flat": lambda: rng.integers(-2, 3, (count, 3)) * rng.permutation([0.0, 1.0, 1.0]),
+        "straight": lambda: rng.integers(-2, 3, (count, 1)) * rng.normal(size=3),
+        "coplanar": lambda: prism(rng.uniform(0, 2 * np.pi, 5)),
+        "repeated": lambda: np.repeat(ball[:4], 3, axis=0),
+    }
+    return made[kind]()
+
+
+def prism(angles):
+    """A prism with many corners, and more points within its top."""
+    ring = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))], axis=-1)
+    return np.concatenate([ring, ring + np.array([0, 0, 1]), ring / 2 + np.array([0, 0, 1])])
 
 
 KINDS = ("any", "round", "sliver", "flat", "straight", "coplanar", "repeated")
@@ -268,10 +268,11 @@ def test_boxes_as_boxes_and_as_polytopes_are_equally_far_apart(pair, regime):
 def test_compiled_and_plain_kernels_answer_with_the_same_bits(pair, monkeypatch):
     for index, regime in enumerate(["generic", "aligned", "nearly_touching", "deep", "parallel_edges", "sliver"]):
         a, b = REGIMES[regime](NumpyDraws(25, (index, 1), 256), *pair)
+        assert is_compiled(module_for("boxes", 256))
         compiled = refimpl.distance(a, b)
         with monkeypatch.context() as patch:
-            patch.setattr("refimpl.compiling.WORTH_COMPILING", 10**9)
-            assert module_for("boxes", 256).__name__ == "refimpl.kernels.boxes"
+            patch.setattr("refimpl.compiling._compiled_package", lambda: None)
+            assert not is_compiled(module_for("boxes", 256))
             plain = refimpl.distance(a[:40], b[:40])
         for name in ("distance", "on_a", "on_b", "normal"):
             assert np.array_equal(getattr(compiled, name)[:40], getattr(plain, name), equal_nan=True)
@@ -283,3 +284,15 @@ def test_a_geometry_in_many_poses_is_one_row():
     found = polytopes.polytopes(many)
     assert found.geometry.shape[0] == 1
     assert polytopes.polytopes(many[3:50]).geometry is found.geometry
+
+
+@pytest.mark.parametrize("b", [SLABS, OCTAHEDRON])
+def test_an_empty_batch_has_no_answers(b):
+    none = np.zeros((0, 3))
+    for a in (
+        Point(none),
+        Box(none, none, np.ones((0, 4))),
+        hull(np.zeros((0, 4, 3))),
+        HalfSpace(none + 1, none[:, 0]),
+    ):
+        assert refimpl.distance(a, b).normal.shape == (0, 3)

@@ -422,7 +422,7 @@ def test_the_shortest_vector_beyond_planes():
 def test_the_shortest_vector_meets_the_conditions_of_a_minimum():
     """It satisfies the planes, and is a combination of those it lies on, with weights that are not negative."""
     rng = np.random.default_rng(14)
-    normals = rng.normal(size=(300, 6, 3)) + [0.7, 0, 0]
+    normals = rng.normal(size=(300, 6, 3)) + np.array([0.7, 0, 0])
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     levels = rng.uniform(-0.5, 1.0, (300, 6))
     found, possible = shortest(normals, levels)

@@ -30,6 +30,8 @@ MARGIN = 0.001
 
 UPRIGHT = [0.0, 0.0, 0.0, 1.0]
 SPHERE, CAPSULE, PLANE, BOX, CYLINDER = "GEOM_SPHERE", "GEOM_CAPSULE", "GEOM_PLANE", "GEOM_BOX", "GEOM_CYLINDER"
+MOST_CHILDREN = 16
+"""createCollisionShapeArray drops what comes after so many parts, and says nothing."""
 HULL, MESH, COMPOUND = "hull", "mesh", "compound"
 """Two uses of GEOM_MESH, and createCollisionShapeArray."""
 NO_ELLIPSOID = "Bullet has no ellipsoid: its spheres are not stretched"
@@ -156,7 +158,8 @@ def place(kind: Kind, row: Row, thinnest: float) -> list[Placed]:
         placed = PLACE[part](numbers, thinnest)
         joins = placed.geometry in (SPHERE, CAPSULE, BOX, CYLINDER) and not placed.extra
         (together if joins else single).append(placed)
-    return single + (together if len(together) < 2 else [_compound(together)])
+    compounds = [together[i : i + MOST_CHILDREN] for i in range(0, len(together), MOST_CHILDREN)]
+    return single + [parts[0] if len(parts) == 1 else _compound(parts) for parts in compounds]
 
 
 def _compound(parts: list[Placed]) -> Placed:

@@ -77,6 +77,8 @@ EMULATED = {
 ITERATIVE = Tolerance.uniform(1e-6, 1e-6, "FCL's solver stops when a step gains less than 1e-6")
 # A dozen roundings of coordinates at 1.1e-16 each, with room for the sums inside.
 CLOSED = Tolerance.uniform(0.0, 1e-12, "closed form in double precision")
+# The parts of a composite in a frame of their own, the normal of the plane, and the position each round once more.
+CLOSED_BY_PARTS = Tolerance.uniform(0.0, 3e-12, "closed form in double precision for each part")
 
 BALLS = (Point, Sphere)
 BOXES = (AABB, Box)
@@ -113,7 +115,9 @@ class FclEngine(Engine):
 
     def tolerance(self, query: str, A: Kind, B: Kind) -> Tolerance:
         """Give the solver's thresholds for GJK, EPA and MPR, and rounding for closed forms."""
-        return ITERATIVE if query == DISTANCE or _by_portal(A, B) else CLOSED
+        if query == DISTANCE or _by_portal(A, B):
+            return ITERATIVE
+        return CLOSED_BY_PARTS if Composite in (A, B) else CLOSED
 
     def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> tuple[Effective, Effective]:
         """Take meshes for the surfaces that they are."""

@@ -79,10 +79,11 @@ def geometry_rows(hulls: Hull) -> tuple[Array, Array]:
     starts[:] = FIRST + np.cumsum([p.shape[1] * p.shape[2] for p in parts])
     many = counts[:, 0] > MANY
     starts[:, 2] *= many
+    flat = [p.reshape(len(p), p.shape[1] * p.shape[2]) for p in parts]
     if many.any():
-        parts.append(_directory(inner))
+        flat.append(_directory(inner))
     centre = hulls.middle - middle
-    return np.concatenate([counts, centre, starts, *(p.reshape(len(p), -1) for p in parts)], axis=1), middle
+    return np.concatenate([counts, centre, starts, *flat], axis=1), middle
 
 
 def _directory(vertices: Array) -> Array:

@@ -29,6 +29,8 @@ from .gjk import store
 from .vectors import Vector, along, dot, minus, opposite
 
 EPS = 2.0**-52
+PATIENCE = 12
+"""How many facets in a row are finished in vain before the search ends: on a circle of equal minima all would be."""
 FINE = 16.0 * EPS
 """What is rounding, relative to the difference's size."""
 COARSE = 1e-2
@@ -113,10 +115,11 @@ def deepest(
         return better_along(a, b, opposite(normal), best, direction)
     slack, fine = 4.0 * EPS * size, FINE * size
     used = insert_all(points, planes, facets, scratch, 4, known, 4, slack)
-    while True:
+    idle = 0
+    while idle < PATIENCE:
         f = highest(planes, facets, used)
         if f < 0 or planes[4 * f + 3] - inset <= best + fine or known >= MOST_POINTS - 4:
-            return best, direction
+            break
         m, level, first = three(planes, 4 * f), planes[4 * f + 3], known
         there = add_point(a, b, inset_a, inset_b, m, points, first)
         known += 1
@@ -125,6 +128,7 @@ def deepest(
         done = level - there <= slack
         if not done and level - there <= COARSE * size:
             gap, m, rest, beside, done = finished(a, b, inset, points, facets, f, m, size)
+            idle = 0 if gap > best + fine else idle + 1
             if gap > best + fine or (gap >= best - fine and rest < best_rest):
                 best, direction, best_rest = gap, m, rest
             if beside and not done:
@@ -134,3 +138,4 @@ def deepest(
         if grown == 0:
             facets[7 * f + MARK] = CLOSED
         used = insert_all(points, planes, facets, scratch, first + 1, known, max(used, grown), slack)
+    return best, direction

@@ -123,22 +123,26 @@ def better_along(a: Row, b: Row, n: Vector, best: float, direction: Vector) -> t
 
 
 @kernel
-def residual(f: Feature, g: Feature, x: Vector, y: Vector, gap: float, n: Vector) -> float:
-    """How far two features are from having points gap·n apart; infinite where that has to be found out otherwise.
+def along_edges(rest: Vector, e: Vector, f: Vector, n: Vector) -> Vector:
+    """What is left of a vector across n when the best s·e − t·f is taken off it, 0 ≤ s, t ≤ 1, for edges e and f.
 
-    At most one of them may have an edge, of which x or y is one end.
+    Infinite when some s or t would have to lie outside. One of the edges, or both, may be zero, or both parallel.
     """
-    rest = along(minus(y, x), -gap, n)
-    e = f[5] if dot(f[5], f[5]) > 0.0 else times(-1.0, g[5])
-    square = dot(e, e)
-    if square > 0.0:
-        if dot(f[5], f[5]) > 0.0 and dot(g[5], g[5]) > 0.0:
-            return math.inf
-        t = dot(rest, e) / square
-        if t < 0.0 or t > 1.0:
-            return math.inf
-        rest = along(rest, -t, e)
-    return length(rest)
+    ee, ff = dot(e, e), dot(f, f)
+    area = dot(cross(e, f), n)
+    if area * area > 1e-20 * ee * ff:
+        s, t = dot(cross(rest, f), n) / area, dot(cross(rest, e), n) / area
+        if s < 0.0 or s > 1.0 or t < 0.0 or t > 1.0:
+            return (math.inf, math.inf, math.inf)
+        return along(along(rest, -s, e), t, f)
+    longer = e if ee >= ff else f
+    square = dot(longer, longer)
+    if square == 0.0:
+        return rest
+    here, first, second = dot(rest, longer) / square, dot(e, longer) / square, -dot(f, longer) / square
+    if here < min(first, 0.0) + min(second, 0.0) or here > max(first, 0.0) + max(second, 0.0):
+        return (math.inf, math.inf, math.inf)
+    return along(rest, -here, longer)
 
 
 @kernel
@@ -149,7 +153,8 @@ def attempt(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vec
     gap = gap_along(a, b, found)
     rest = math.inf
     if dot(normal_f, normal_f) == 0.0 and dot(normal_g, normal_g) == 0.0:
-        rest = residual(f, g, moved(a, x[0], found), moved(b, y[0], opposite(found)), gap, found)
+        offset = minus(moved(b, y[0], opposite(found)), moved(a, x[0], found))
+        rest = length(along_edges(along(offset, -gap, found), f[5], g[5], found))
     return gap, found, promised - gap, rest
 
 

@@ -28,11 +28,14 @@ from refimpl.proof.atoms import (
 from refimpl.proof.bodies import Corners
 from refimpl.proof.checker import check
 from refimpl.proof.claims import Certificate, Claim, Core, Cover, Part, Piece, Place, Weights
-from refimpl.proof.convex import Search, reference
+from refimpl.proof.convex import convex_claims, reference
+from refimpl.proof.mirror import mirrored
 from refimpl.proof.points import Vector
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.search import Grid, deepest
-from refimpl.shapes import ConvexPolyhedron, Point, Polyhedron, Proxy, Sphere
+from refimpl.proof.simple import simple_claims
+from refimpl.proof.times import SIMPLE, proven
+from refimpl.shapes import AABB, Box, ConvexPolyhedron, HalfSpace, Point, Polyhedron, Proxy, Sphere
 
 TIGHT = 2.0**-44  # relative to the scene: how much narrower than the upper bound the lower may be asked for
 DEEPEST = 2  # pairs of pieces that are proven
@@ -93,10 +96,14 @@ def _places(shape: Proxy) -> tuple[Place, ...]:
 
 
 def _inner(part: Proxy) -> Place:
-    core = Atom(0, part).body
-    if isinstance(core, Corners):
-        return core.place(core.corner(0), [(0, 1)])
+    """A point that lies inside in spite of rounding."""
     x, y, z = part.reference_point.tolist()
+    core = Atom(0, part).body
+    if isinstance(part, HalfSpace):
+        n = part.normal / float(np.max(np.abs(part.normal)))
+        x, y, z = (part.reference_point - 1e-6 * max(abs(x), abs(y), abs(z)) * n).tolist()
+    elif isinstance(core, Corners) and not isinstance(part, AABB | Box):
+        return core.place(core.corner(0), [(0, 1)])
     return x, y, z
 
 
@@ -125,14 +132,20 @@ def _moved(a: Proxy, b: Proxy, sigma: float, normal: Vector | None, size: float)
 
 def _best(pairs: Iterable[tuple[Choice, Choice]]) -> tuple[Any, Part] | None:
     """The pair of convex parts that proves the least upper bound."""
-    best: tuple[Any, Part] | None = None
+    found = []
     for one, other in pairs:
-        search = Search(one.shape, other.shape)
-        search.claims()
-        bound, claim = search.upper
-        if claim is not None and (best is None or bound < best[0]):
-            best = bound, Part(one.of, other.of, claim)  # type: ignore[arg-type]
-    return best
+        for claim in _convex(one.shape, other.shape):
+            bound = proven(claim, one.shape, other.shape)[1]
+            if bound < math.inf:
+                found.append((bound, Part(one.of, other.of, claim)))
+    return min(found, key=lambda pair: pair[0], default=None)
+
+
+def _convex(a: Proxy, b: Proxy) -> tuple[Any, ...]:
+    """Claims about two convex parts."""
+    if isinstance(b, HalfSpace) and not isinstance(a, HalfSpace):
+        return mirrored(Certificate(_convex(b, a))).claims
+    return simple_claims(a, b) if isinstance(a, SIMPLE) and isinstance(b, SIMPLE) else convex_claims(a, b)
 
 
 def _nearest(a: Proxy, b: Proxy, guess: Any, size: float) -> tuple[Any, Part] | None:
