@@ -17,9 +17,6 @@ from refimpl.proof import InvalidCertificate
 from refimpl.proof.certify import round_down, round_up
 from refimpl.proof.checker import Bound
 
-WAY_OUT = 1e-6
-"""How exactly the witnesses of overlapping unions lie on them, relative to the scene's size: they are where the last
-pieces part on a way out, which is searched for. What is proven is its length."""
 REFUSED, OUTSIDE = "certificate refused", "reference outside its proof"
 
 
@@ -51,15 +48,18 @@ def audit(a: Proxy, b: Proxy) -> Verdict:
 
 
 def _broken_claim(scene: Scene) -> str:
-    """Symptom of a claim that the reference's normal, witnesses or hit point break; empty when all hold."""
+    """Symptom of a claim that the reference's normal, witnesses or hit point break; empty when all hold.
+
+    Of unions that overlap, the answer is a way out: what is claimed and proven is its length, which may leave a gap.
+    """
     a, b = scene.a[None], scene.b[None]
     answers = reference_answers(scene.query, a, b)
     rows = Questioned(scene.query, a, b, np.zeros(1), np.zeros(1), answers, np.ones(1, dtype=bool))
+    if rows.of_union and answers.distance[0] < 0:
+        return ""
     for claim in rows.claims():
         below, above, error = claim.violations()
         allowed = 4 * max(float(error[0]), error_of(a, b) * scene.size)
-        if rows.of_union and answers.distance[0] < 0:
-            allowed = WAY_OUT * scene.size
         for excess, symptom in ((below, claim.below), (above, claim.above)):
             if excess[0] > allowed:
                 return symptom

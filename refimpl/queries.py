@@ -256,8 +256,13 @@ def _later(x: Proxy, y: Proxy) -> Bools:
     (form_x, rows_x), (form_y, rows_y) = x.identity(), y.identity()
     if form_x != form_y:
         return np.full(len(x), repr(form_x) > repr(form_y))
-    first = np.argmax(rows_x != rows_y, axis=-1)[:, None]
-    return np.asarray((np.take_along_axis(rows_x, first, axis=-1) > np.take_along_axis(rows_y, first, axis=-1))[:, 0])
+    later, equal = np.zeros(len(x), dtype=bool), np.ones(len(x), dtype=bool)
+    for u, v in zip(rows_x.T, rows_y.T, strict=True):  # nearly always the first column decides
+        later |= equal & (u > v)
+        equal &= u == v
+        if not equal.any():
+            break
+    return later
 
 
 def _by_order(later: Bools, function: Callable[[Any, Any], Columns], x: Proxy, y: Proxy) -> Columns:

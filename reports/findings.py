@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections import Counter
@@ -10,34 +9,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from oracles.outcome import COMPARED, Bucket, Finding, Kind, Run, Verdict
-from oracles.scene import Scene, readable
+from oracles.scene import Scene
 from refimpl import Ray
-from refimpl.proof import Certificate, Claim, Common, Core, Escape, Near, Separated, to_json
 from refimpl.proof.checker import Bound
-from reports import text
+from reports import shapes, text
+from reports.proofs import Proof, proof_view
 from reports.tables import CellKey, Column, Entry, Table, engines, grouped, total
 
 NAME_LENGTH = 80
 MOST_WARNINGS = 12
-
-
-@dataclass(frozen=True)
-class Proof:
-    """A certificate as people read it.
-
-    Attributes
-    ----------
-    interval
-        What the certificate proves.
-    claims
-        One sentence per claim.
-    data
-        The whole certificate as JSON.
-    """
-
-    interval: str
-    claims: tuple[str, ...]
-    data: str
 
 
 @dataclass(frozen=True)
@@ -109,7 +89,7 @@ def _view(number: int, bucket: Bucket) -> BucketView:
         answers=_answers(finding),
         error=text.block(finding.text) if finding.text else "",
         about=_proxies(_proven_on(finding)) if _proven_on(finding) is not finding.scene else (),
-        proof=_proof(finding),
+        proof=_proof(finding, number),
         file=repro_file(number, bucket),
         repro=_script(bucket),
     )
@@ -120,7 +100,7 @@ def _script(bucket: Bucket) -> str:
     if not bucket.repro:
         return ""
     finding = bucket.witness
-    lines = [bucket.key, f"A = {readable(finding.scene.a)}", f"B = {readable(finding.scene.b)}"]
+    lines = [bucket.key, f"A = {shapes.in_words(finding.scene.a)}", f"B = {shapes.in_words(finding.scene.b)}"]
     lines.append(finding.verdict.claim or _untold(finding))
     if finding.verdict.kind is Kind.TIMED_OUT:
         lines.append("This script does not return: the engine has no time limit of its own.")
@@ -151,6 +131,9 @@ def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:
         yield "worst of them", f"wrong by {text.number(bucket.worst)}"
     yield "regimes", ", ".join(f"{text.visible(name)} {text.count(n)}" for name, n in bucket.regimes.most_common())
     yield "known", text.visible(bucket.known, limit=1000) if bucket.known else "no: this is new"
+    for name, shape in (("A", scene.a), ("B", scene.b)):
+        if not shapes.is_whole(shape):
+            yield f"numbers of {name}", f"{text.count(shape.pack().size)}: all of them are in run.json and in the script"
     yield "scene", " · ".join(filter(None, (scene.id, text.visible(scene.regime), text.visible(scene.source))))
 
 
@@ -161,7 +144,7 @@ def _has_amount(verdict: Verdict) -> bool:
 def _proven_on(finding: Finding) -> Scene:
     """Return the scene that the verdict's interval and certificate speak of: the finding's own, or another."""
     scene, other = finding.scene, finding.verdict.proof_scene
-    if other is None or (readable(other.a), readable(other.b)) == (readable(scene.a), readable(scene.b)):
+    if other is None or other.id == scene.id:
         return scene
     return other
 
@@ -180,7 +163,7 @@ def interval(scene: Scene, lower: Bound, upper: Bound) -> str:
 
 
 def _proxies(scene: Scene) -> tuple[tuple[str, str], ...]:
-    return ("A", text.visible(readable(scene.a), 2000)), ("B", text.visible(readable(scene.b), 2000))
+    return ("A", shapes.in_words(scene.a)), ("B", shapes.in_words(scene.b))
 
 
 def _answers(finding: Finding) -> Table:
@@ -201,45 +184,11 @@ def _value(name: str, value: object) -> str:
     return text.full(value)
 
 
-def _proof(finding: Finding) -> Proof | None:
+def _proof(finding: Finding, number: int) -> Proof | None:
     certificate = finding.verdict.certificate
     if certificate is None:
         return None
-    return Proof(
-        interval=interval(_proven_on(finding), certificate.lower, certificate.upper),
-        claims=tuple(map(claim_in_words, certificate.claims)),
-        data=certificate_text(certificate),
-    )
-
-
-def claim_in_words(claim: Claim) -> str:
-    """Say what one claim of a certificate states, and what that proves."""
-    match claim:
-        case Separated(until=None):
-            said = "Planes with normal {n} support A and B and leave a gap between them: at least that far apart."
-        case Separated():
-            said = "Up to t = {until}, a plane with normal {n} keeps the ray away from the solid: no hit before."
-        case Escape():
-            said = "Moving B along {n} until the supporting planes meet separates the interiors: no deeper than that."
-        case Near():
-            said = "{a} lies in A and {b} in B: no farther apart than these two points."
-        case Common(time=None):
-            said = "{p} lies in both: they intersect."
-        case Common():
-            said = "At t = {time} the ray is inside the solid: the hit is no later."
-        case Core(directions=True):
-            said = "Directions in which A and B go on for ever surround the origin: the overlap has no end."
-        case Core(triangles=()):
-            said = "A point of A's axis or centre and one of B's are nearer than the radii reach: at least that deep."
-        case Core():
-            count = text.plural(len(claim.triangles), "triangle")
-            said = f"Differences of points of A and B span {count} around a ball about the origin: at least that deep."
-    return said.format_map({name: text.full(value) for name, value in vars(claim).items()})
-
-
-def certificate_text(certificate: Certificate) -> str:
-    """The certificate as JSON, one claim a line."""
-    return json.dumps(text.plain(to_json(certificate), limit=1_000_000), ensure_ascii=False)
+    return proof_view(certificate, interval(_proven_on(finding), certificate.lower, certificate.upper), number)
 
 
 def index(views: list[BucketView], run: Run) -> Table:

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given, note, settings, target
+from hypothesis import Phase, given, note, settings, target
 
 from oracles.engine import Engine
 from oracles.engines import load_engine
@@ -42,16 +42,19 @@ def workers() -> Iterator[dict[str, EngineWorker]]:
 def examples(pair: Pair) -> int:
     """Pairs that need a search or pieces cost a hundred times more each."""
     many = settings.default.max_examples if settings.default else 20
-    return many if is_quick(*pair) else max(10, many // 2)
+    return many if is_quick(*pair) else max(8, many // 3)
 
 
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)
 def test_each_answer_is_right_or_a_known_fault(pair: Pair, workers: dict[str, EngineWorker]) -> None:
-    """One scene is put before both engines in every query that they support, so that the reference is asked once."""
+    """One scene is put before both engines in every query that they support, so that the reference is asked once.
+
+    What fails is not shrunk here, which would take minutes: the campaign's hunters do that.
+    """
     asked = [(name, cell) for name, cell in SUPPORTED if (cell.type_a, cell.type_b) == pair]
     compared: Counter[tuple[str, Cell]] = Counter()
 
-    @settings(max_examples=examples(pair))
+    @settings(max_examples=examples(pair), phases=(Phase.generate, Phase.target))
     @given(scene=scenes(Cell("distance", *pair)))
     def fuzz(scene: Scene) -> None:
         pressure = 0.0
@@ -62,7 +65,7 @@ def test_each_answer_is_right_or_a_known_fault(pair: Pair, workers: dict[str, En
         target(min(pressure, 1e300))
 
     fuzz()
-    assert all(compared[key] >= 8 for key in asked), compared
+    assert all(compared[key] >= 6 for key in asked), compared
 
 
 def answered(name: str, scene: Scene, workers: dict[str, EngineWorker]) -> tuple[Kind, float]:

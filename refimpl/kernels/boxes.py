@@ -13,7 +13,7 @@ from . import kernel
 from .axes import ROUNDING, crossed, three
 from .polytopes import BOX, CENTRE, FIRST, N_FACES, N_VERTICES, Row, Scratch
 from .polytopes_nearest import APART, nearest, on_first, on_second
-from .polytopes_pair import HERE, Answer, across_features, touching_points, write
+from .polytopes_pair import HERE, Answer, across_features, comes_later, touching_points, write
 from .vectors import Vector, cross, dot, length, minus, opposite, perpendicular, plus, times, unit_or
 
 SEGMENT, ALIGNED, TURNED = 0, 1, 2
@@ -158,11 +158,18 @@ def box_separations(
     listed: Scratch,
     answers: Sequence[Scratch],
 ) -> None:
-    """Answer a batch of rows of numbers of the given kinds, as `polytopes_pair.separations` does."""
+    """Answer a batch of rows of numbers of the given kinds, as `polytopes_pair.separations` does.
+
+    Of two of a kind, the one with the smaller numbers is put first, so that both orders give the same bits.
+    """
     for i in range(len(rows_a)):
-        set_frame(kind_a, rows_a[i], fa)
-        set_frame(kind_b, rows_b[i], fb)
+        turned = kind_a == kind_b and comes_later(rows_a[i], rows_b[i])
+        set_frame(kind_a, rows_b[i] if turned else rows_a[i], fa)
+        set_frame(kind_b, rows_a[i] if turned else rows_b[i], fb)
         origin = three(fa, 0)
         offset = minus(three(fb, 0), origin)
         sigma, n, x, y = separation_of_boxes(kind_a, fa, fb, offset, a, b, s, listed)
-        write(answers[i], sigma, n, plus(origin, x), plus(origin, y))
+        x, y = plus(origin, x), plus(origin, y)
+        if turned:
+            n, x, y = opposite(n), y, x
+        write(answers[i], sigma, n, x, y)

@@ -29,7 +29,7 @@ from .gjk import store
 from .vectors import Vector, along, dot, minus, opposite
 
 EPS = 2.0**-52
-PATIENCE = 12
+PATIENCE = 6
 """How many facets in a row are finished in vain before the search ends: on a circle of equal minima all would be."""
 FINE = 16.0 * EPS
 """What is rounding, relative to the difference's size."""

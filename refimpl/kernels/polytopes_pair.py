@@ -143,6 +143,15 @@ def write(answer: Scratch, sigma: float, n: Vector, x: Vector, y: Vector) -> Non
 
 
 @kernel
+def comes_later(row: Row, other: Row) -> bool:
+    """Whether a row of numbers comes after another in the order of the first numbers that differ."""
+    for i in range(len(row)):
+        if row[i] != other[i]:
+            return row[i] > other[i]
+    return False
+
+
+@kernel
 def separations(
     geometries_a: Sequence[Row],
     which_a: Sequence[int],

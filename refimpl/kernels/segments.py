@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from . import kernel
 from .axes import three
 from .polytopes import Row, Scratch
-from .polytopes_pair import HERE, Answer, write
+from .polytopes_pair import HERE, Answer, comes_later, write
 from .vectors import Vector, along, cross, dot, minus, opposite, perpendicular, times, unit_or, without
 
 
@@ -105,8 +105,13 @@ def separation_of_segments(p: Vector, q: Vector, r: Vector, s: Vector) -> Answer
 
 @kernel
 def segment_separations(rows_a: Sequence[Row], rows_b: Sequence[Row], answers: Sequence[Scratch]) -> None:
-    """Answer a batch of rows p, q (and more), as `polytopes_pair.separations` does."""
+    """Answer a batch of rows p, q (and more), as `polytopes_pair.separations` does, with the same bits in either order."""
     for i in range(len(rows_a)):
+        turned = comes_later(rows_a[i], rows_b[i])
         a, b = rows_a[i], rows_b[i]
+        if turned:
+            a, b = rows_b[i], rows_a[i]
         gap, n, x, y = separation_of_segments(three(a, 0), three(a, 3), three(b, 0), three(b, 3))
+        if turned:
+            n, x, y = opposite(n), y, x
         write(answers[i], gap, n, x, y)

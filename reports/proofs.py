@@ -1,0 +1,175 @@
+"""Certificates as people read them: what each claim states, and what that proves."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from refimpl.proof import (
+    Certificate,
+    Claim,
+    Common,
+    Core,
+    Cover,
+    Escape,
+    Inscribed,
+    Near,
+    Part,
+    Piece,
+    Separated,
+    Split,
+    to_json,
+)
+from refimpl.proof.claims import Place, Simple, Tree
+from reports import text
+
+MOST_CLAIMS = 12
+MOST_VERTICES = 8
+LONGEST_DATA = 6000
+"""Characters of a certificate that a page shows; `run.json` has longer ones whole."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """A certificate as people read it.
+
+    Attributes
+    ----------
+    interval
+        What the certificate proves.
+    claims
+        One sentence per claim.
+    data
+        The whole certificate as JSON, or where it is when it is too long to be read.
+    whole
+        Whether `data` is the certificate.
+    """
+
+    interval: str
+    claims: tuple[str, ...]
+    data: str
+    whole: bool
+
+
+def proof_view(certificate: Certificate, interval: str, number: int) -> Proof:
+    """Put a certificate into words; `number` is that of its bucket in `run.json`."""
+    said = [claim_in_words(claim) for claim in certificate.claims[:MOST_CLAIMS]]
+    if more := len(certificate.claims) - len(said):
+        said.append(f"And {text.plural(more, 'more claim')} of such kinds.")
+    data = certificate_text(certificate)
+    if len(data) <= LONGEST_DATA:
+        return Proof(interval, tuple(said), data, whole=True)
+    told = f"The certificate has {text.count(len(data))} characters: run.json has it, with bucket {number}."
+    return Proof(interval, tuple(said), told, whole=False)
+
+
+def certificate_text(certificate: Certificate) -> str:
+    """The certificate as JSON."""
+    return json.dumps(text.plain(to_json(certificate), limit=1_000_000), ensure_ascii=False)
+
+
+def claim_in_words(claim: Claim) -> str:
+    """Say what one claim of a certificate states, and what that proves."""
+    match claim:
+        case Cover():
+            return _cover(claim)
+        case Part():
+            return (
+                f"{_chosen(claim.of_a, 'A')} and {_chosen(claim.of_b, 'B')}, called A and B in what follows, bound the "
+                f"whole from above, since more parts only meet sooner. {_simple(claim.claim)}"
+            )
+        case _:
+            return _simple(claim)
+
+
+def _simple(claim: Simple) -> str:
+    match claim:
+        case Separated(until=None):
+            said = f"Planes with normal {_v(claim.n)} support A and B and leave a gap between them: "
+            return said + f"at least that far apart.{_by_faces(claim)}"
+        case Separated():
+            said = f"Up to t = {_v(claim.until)}, a plane with normal {_v(claim.n)} keeps the ray away from the solid: "
+            return said + f"no hit before.{_by_faces(claim)}"
+        case Escape():
+            said = f"Moving B along {_v(claim.n)} until the supporting planes meet separates the interiors: "
+            return said + f"no deeper than that.{_by_faces(claim)}"
+        case Near():
+            return f"{_start(_place(claim.a))} lies in A and {_place(claim.b)} in B: no farther apart than these two."
+        case Common(p=None):
+            return f"At t = {_v(claim.time)} the ray is inside the solid: the hit is no later."
+        case Common(time=None):
+            return f"{_start(_place(claim.p))} lies in both: they intersect."
+        case Common():
+            said = f"At t = {_v(claim.time)} the ray is inside the solid, at {_place(claim.p)}: "
+            return said + "the hit is no later."
+        case Inscribed():
+            return (
+                f"A holds an ellipsoid around {_place(claim.a)} and B one around {_place(claim.b)}, and the differences "
+                f"of their points fill a ball of radius {_v(claim.radius)} about the origin: at least that deep."
+            )
+        case Core(directions=True):
+            return "Directions in which A and B go on for ever surround the origin: the overlap has no end."
+        case Core(triangles=()):
+            return "A point of A's axis or centre and one of B's are nearer than the radii reach: at least that deep."
+        case Core():
+            count = text.plural(len(claim.triangles), "triangle")
+            return f"Differences of points of A and B span {count} around a ball about the origin: at least that deep."
+
+
+def _cover(claim: Cover) -> str:
+    planes = f"{text.plural(_leaves(claim.tree), 'pair')} of parallel planes"
+    if claim.until is not None:
+        return f"Up to t = {_v(claim.until)}, {planes} keep the ray away from all of the solid's parts: no hit before."
+    parted = f"{planes} part all convex parts and triangles of A from all of B's, and neither holds a part of the other"
+    if any(claim.shift):
+        return f"Once B is moved by {_v(claim.shift)}, {parted}: no deeper than this move is long."
+    return f"{_start(parted)}: at least as far apart as the narrowest of these gaps."
+
+
+def _chosen(choice: int | tuple[int, Piece] | None, name: str) -> str:
+    """Which part of a union a claim speaks of; parts and triangles are counted from 0, as in the data."""
+    if choice is None:
+        return name
+    if isinstance(choice, int):
+        return f"{name}'s part {choice}"
+    number, piece = choice
+    rounded = f", widened by {_v(piece.radius)}" if piece.radius else ""
+    return (
+        f"the hull of {text.plural(len(piece.vertices), 'point')}{rounded} in {name}'s part {number} "
+        f"({text.plural(_leaves(piece.tree), 'plane')} keep the mesh's triangles out of it)"
+    )
+
+
+def _leaves(tree: Tree) -> int:
+    count, waiting = 0, [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, Split):
+            waiting += node.branches
+        else:
+            count += 1
+    return count
+
+
+def _by_faces(claim: Separated | Escape) -> str:
+    return " Shares of a polytope's own planes show that they support it." if any(claim.faces) else ""
+
+
+def _place(place: Place | None) -> str:
+    """Coordinates of a point, or the vertices whose weighted mean it is."""
+    if not place or not isinstance(place[0], tuple):
+        return _v(place)
+    numbers = [str(entry[0]) for entry in place if isinstance(entry, tuple)]
+    if len(numbers) == 1:
+        return f"vertex {numbers[0]}"
+    named = f"vertices {', '.join(numbers[:-1])} and {numbers[-1]}"
+    return f"a mean of {named if len(numbers) <= MOST_VERTICES else text.plural(len(numbers), 'vertex', 'vertices')}"
+
+
+def _start(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def _v(value: object | Sequence[object]) -> str:
+    return text.full(value)
