@@ -32,7 +32,7 @@ from oracles.judge import Judge
 from oracles.known import KnownFaults
 from oracles.library import Library, shipped, using
 from oracles.outcome import ANSWERED, Finding, Kind, Run, SupportNote, Verdict
-from oracles.reference import is_quick
+from oracles.reference import UNIONS, is_quick
 from oracles.regimes import REGIMES, reasons
 from oracles.scene import Cell, Scene, cells
 from oracles.words import decade_of
@@ -40,8 +40,8 @@ from oracles.worker import EngineWorker
 from refimpl.pairs import TABLE
 
 FIRST_PASS, LARGEST_PASS = 6, 100
-SEARCHED = 3
-"""A pair that needs a search, corners or pieces gets this many times fewer scenes than one with a closed form."""
+SEARCHED, OF_PIECES = 3, 6
+"""Pairs that need a search or corners, and unions, get so many times fewer scenes than pairs with a closed form."""
 AUDITED = 4
 """One regime in so many is audited, where a proof is no closed form."""
 GIVE_UP_AFTER = 1
@@ -148,8 +148,9 @@ class Campaign:
 
     def _drawn(self, pair: PairKey, shard: tuple[int, int], each: int) -> list[Batch]:
         """Scenes of a pair; fewer where each costs a search."""
+        fewer = 1 if is_quick(*pair) else OF_PIECES if any(kind in UNIONS for kind in pair) else SEARCHED
         with self.timed("scenes"):
-            return Batch.draw(pair, self.run.seed, shard, each if is_quick(*pair) else max(1, each // SEARCHED))
+            return Batch.draw(pair, self.run.seed, shard, max(1, each // fewer))
 
     def _ask(
         self, pair: PairKey, batch: Batch, pools: dict[str, ThreadPoolExecutor]
@@ -302,17 +303,17 @@ class Campaign:
         for engine in self.engines:
             if not self.run.total(engine=engine, kinds=ANSWERED):
                 silent.append(f"{engine}: no answer was compared at all")
-        for (engine, query, pair), note in self.run.support.items():
-            if note.kind == "unsupported":
-                continue
-            for regime in REGIMES:
-                compared = sum(
-                    n
-                    for k, n in self.run.counts.items()
-                    if k[:4] == (engine, query, pair, regime) and k[4] not in (Kind.UNSUPPORTED, Kind.SKIPPED)
-                )
-                if not compared:
-                    silent.append(f"{engine}: nothing compared in {query} {pair}, regime {regime}")
+        compared: set[tuple[str, str, str, str]] = set()
+        for key, count in self.run.counts.items():
+            if count and key[4] not in (Kind.UNSUPPORTED, Kind.SKIPPED):
+                compared.add(key[:4])
+        for cell, note in self.run.support.items():
+            lacking = [regime for regime in REGIMES if (*cell, regime) not in compared]
+            if note.kind != "unsupported" and lacking:
+                engine, query, pair = cell
+                regimes = f"{len(lacking)} of {len(REGIMES)} regimes: {', '.join(lacking)}"
+                where = "any regime" if len(lacking) == len(REGIMES) else regimes
+                silent.append(f"{engine}: nothing compared in {query} {pair} in {where}")
         return silent
 
 

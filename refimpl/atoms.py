@@ -54,9 +54,9 @@ class Group:
     def __len__(self) -> int:
         return len(self.proxies)
 
-    def moved(self, offset: Array) -> Group:
-        """The group after a translation."""
-        return replace(self, proxies=self.proxies.translated(offset), translation=self.translation + offset)
+    def shifted(self, offset: Array) -> Group:
+        """The group with its boxes translated, and its proxies where they were."""
+        return replace(self, translation=self.translation + offset)
 
 
 def leaves(shape: Proxy) -> list[Proxy]:
@@ -251,7 +251,7 @@ def _digest(vertices: Array) -> list[float]:
     return [float(int.from_bytes(digest[:6], "big")), float(int.from_bytes(digest[6:], "big"))]
 
 
-def candidates(x: Group, y: Group, bound: float) -> tuple[Indices, Indices, Array]:
+def candidates(x: Group, y: Group, bound: float, nearest: bool = True) -> tuple[Indices, Indices, Array]:
     """Pairs of atoms that may be nearest or may meet, with a lower bound of their distance; see `near_pairs`."""
     if x.tree is None or y.tree is None or len(x) * len(y) <= FEW:
         i, j = np.repeat(np.arange(len(x)), len(y)), np.tile(np.arange(len(y)), len(x))
@@ -261,7 +261,7 @@ def candidates(x: Group, y: Group, bound: float) -> tuple[Indices, Indices, Arra
         keep = np.flatnonzero(gap <= bound)
         keep = keep[np.argsort(gap[keep], kind="stable")]
         return i[keep], j[keep], gap[keep]
-    return near_pairs(x.tree, y.tree, *_relative(x, y), bound)
+    return near_pairs(x.tree, y.tree, *_relative(x, y), bound, nearest)
 
 
 def _relative(x: Group, y: Group) -> tuple[Array, Array]:

@@ -98,6 +98,25 @@ class BoxTree:
         key = center[np.arange(len(center)), np.argmax(spread, axis=1)[run]]
         self.order = self.order[np.lexsort((key, run))]
 
+    def nearest_to(self, p: Array) -> tuple[Indices, Array]:
+        """Items that can be nearest to a point, and the distances of their boxes from it, in that order.
+
+        Two steps are enough: about as many nodes as the root of the number of items, then the items themselves.
+        """
+        last = len(self.levels) - 1
+        middle = (last + 3) // 2
+        if middle < last:
+            nodes, _ = _nearest_boxes(self.levels[middle], p)
+            first, after = self.bounds[middle][nodes], self.bounds[middle][nodes + 1]
+            size = after - first
+            place = np.repeat(first - np.cumsum(size) + size, size)
+            items = self.order[place + np.arange(len(place))]
+        else:
+            items = np.arange(len(self.order))
+        chosen, gap = _nearest_boxes(self.items.at(items), p)
+        order = np.argsort(gap, kind="stable")
+        return items[chosen[order]], gap[order]
+
     def runs(self, nodes: Indices) -> tuple[Indices, Indices]:
         """Items of nodes of the last level, and for each the place of its node in `nodes`."""
         start, stop = self.bounds[-1][nodes], self.bounds[-1][nodes + 1]
@@ -105,6 +124,14 @@ class BoxTree:
         place = np.repeat(np.arange(len(nodes)), size)
         within = np.arange(len(place)) - np.repeat(np.cumsum(size) - size, size)
         return self.order[start[place] + within], place
+
+
+def _nearest_boxes(boxes: Boxes, p: Array) -> tuple[Indices, Array]:
+    """Boxes that can hold the nearest of what they are around, and their distances from a point."""
+    way = np.abs(p - boxes.center)
+    gap = norm(np.maximum(way - boxes.half, 0.0))
+    keep = np.flatnonzero(gap <= np.min(norm(way + boxes.half)) * (1 + SLACK))
+    return keep, gap[keep]
 
 
 def meeting_pairs(tree: BoxTree) -> tuple[Indices, Indices]:
@@ -124,7 +151,7 @@ def meeting_pairs(tree: BoxTree) -> tuple[Indices, Indices]:
 
 
 def near_pairs(
-    x: BoxTree, y: BoxTree, rotation: Array, translation: Array, bound: float
+    x: BoxTree, y: BoxTree, rotation: Array, translation: Array, bound: float, nearest: bool = True
 ) -> tuple[Indices, Indices, Array]:
     """Pairs of items that can be the nearest ones, or whose boxes come as near as `bound`.
 
@@ -134,7 +161,9 @@ def near_pairs(
     rotation, translation : (3, 3), (3,)
         Put the boxes of `y` into the frame of `x`.
     bound : float
-        Only pairs nearer than this matter. With 0, these are the pairs that can meet.
+        Only pairs no farther apart than this matter. With 0, these are the pairs that can meet.
+    nearest : bool
+        Leave out pairs that cannot be the nearest one.
 
     Returns
     -------
@@ -149,17 +178,17 @@ def near_pairs(
         i, j = min(step, len(x.levels) - 1), min(step, len(y.levels) - 1)
         if step > first:
             a, b = _children(a, b, step < len(x.levels), step < len(y.levels))
-        bound, keep, _ = _within(x.levels[i].at(a), y.levels[j].at(b).moved(rotation, translation), bound)
+        bound, keep, _ = _within(x.levels[i].at(a), y.levels[j].at(b).moved(rotation, translation), bound, nearest)
         a, b = a[keep], b[keep]
     a, b = _all_items(x, a, y, b)
-    _, keep, gap = _within(x.items.at(a), y.items.at(b).moved(rotation, translation), bound)
+    _, keep, gap = _within(x.items.at(a), y.items.at(b).moved(rotation, translation), bound, nearest)
     keep = keep[np.argsort(gap[keep], kind="stable")]
     return a[keep], b[keep], gap[keep]
 
 
-def _within(a: Boxes, b: Boxes, bound: float) -> tuple[float, Indices, Array]:
+def _within(a: Boxes, b: Boxes, bound: float, nearest: bool) -> tuple[float, Indices, Array]:
     gap = gaps(a, b)
-    if bound > 0:
+    if nearest and bound > 0:
         bound = min(bound, float(np.min(reaches(a, b), initial=np.inf)))
     return bound, np.flatnonzero(gap <= bound), gap
 

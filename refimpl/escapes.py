@@ -40,37 +40,40 @@ class Pairs(NamedTuple):
 Look = Callable[[Indices, Array], Pairs]
 """Answers of the pairs that can meet: for some rows, and a translation of B for each; pairs count those rows from 0."""
 
+Near = Callable[[Indices, Array, Array], Pairs]
+"""The same, with all pairs whose boxes are no farther apart than a length for each row."""
+
 
 @dataclass
 class Ways:
-    """For each row a translation of B; how deep the deepest pair still is there; and where that pair touches A.
+    """For each row a translation of B; the signed distance there; and the point of A nearest to B there.
 
-    A length of inf says that none is known.
+    A distance of −inf says that no translation is known that frees; one of inf that no pair has been looked at.
     """
 
     move: Array
-    rest: Array
+    gap: Array
     touch: Array
 
     @classmethod
     def none(cls, count: int) -> Ways:
         """No ways yet."""
-        return cls(np.zeros((count, 3)), np.full(count, np.inf), np.full((count, 3), np.nan))
+        return cls(np.zeros((count, 3)), np.full(count, -np.inf), np.full((count, 3), np.nan))
 
     @property
     def length(self) -> Array:
         """Length that surely is enough: what is left by rounding is added."""
-        return norm(self.move) + self.rest
+        return norm(self.move) + np.maximum(0.0, -self.gap)
 
     def put(self, rows: Indices, other: Ways) -> None:
         """Take over the ways of some rows where they are shorter."""
         better = other.length < self.length[rows]
-        for mine, theirs in ((self.move, other.move), (self.rest, other.rest), (self.touch, other.touch)):
+        for mine, theirs in ((self.move, other.move), (self.gap, other.gap), (self.touch, other.touch)):
             mine[rows[better]] = theirs[better]
 
     def at(self, rows: Indices) -> Ways:
         """Those of some rows."""
-        return Ways(self.move[rows], self.rest[rows], self.touch[rows])
+        return Ways(self.move[rows], self.gap[rows], self.touch[rows])
 
 
 class _Planes:
@@ -104,13 +107,13 @@ class _Planes:
 
 def _ways(count: int, pairs: Pairs, moves: Array) -> Ways:
     """What is known at moves that free, from the pairs near each other there."""
-    rest, touch = np.zeros(count), np.full((count, 3), np.nan)
+    gap, touch = np.full(count, np.inf), np.full((count, 3), np.nan)
     order = np.lexsort((pairs.part_b, pairs.part_a, pairs.found.distance, pairs.row))
     rows, first = np.unique(pairs.row[order], return_index=True)
     nearest = order[first]
-    rest[rows] = np.maximum(0.0, -pairs.found.distance[nearest])
+    gap[rows] = pairs.found.distance[nearest]
     touch[rows] = pairs.found.on_a[nearest]
-    return Ways(moves, rest, touch)
+    return Ways(moves, gap, touch)
 
 
 def _freed(look: Look, planes: _Planes, moves: Array, limit: Array, tolerance: Array) -> tuple[Ways, Pairs]:
@@ -221,6 +224,42 @@ def escape(look: Look, count: int, lower: Array, tolerance: Array) -> Ways:
     return _descended(look, ways, pairs.at(rough[pairs.row]), tolerance)
 
 
+def touching(near: Near, ways: Ways, tolerance: Array) -> Ways:
+    """Draw ways back to where B first touches A on the way in, if they lead farther.
+
+    Going back, no pair overlaps before the foot of its tangent; pairs that are farther apart than the way is long
+    cannot meet at all.
+
+    Parameters
+    ----------
+    near
+    ways : Ways
+    tolerance : (n,)
+        Gaps that are rounding.
+    """
+    start = ways.at(np.arange(len(ways.gap)))
+    length = norm(ways.move)
+    direction = scale(1 / np.where(length > 0, length, 1.0), ways.move)
+    open_rows = np.flatnonzero((ways.gap > tolerance) & (length > 0))
+    for _ in range(ROUNDS):
+        if not len(open_rows):
+            break
+        pairs = near(open_rows, ways.move[open_rows], length[open_rows])
+        pairs = pairs._replace(row=open_rows[pairs.row])
+        here = _ways(len(length), pairs, ways.move).at(open_rows)
+        ways.gap[open_rows], ways.touch[open_rows] = here.gap, here.touch
+        slope = dot(pairs.found.normal, direction[pairs.row])
+        against = slope > 0
+        step = length.copy()
+        np.minimum.at(step, pairs.row[against], pairs.found.distance[against] / slope[against])
+        open_rows = open_rows[(ways.gap[open_rows] > tolerance[open_rows]) & (step[open_rows] > 0)]
+        length[open_rows] = length[open_rows] - step[open_rows]
+        ways.move[open_rows] = scale(length[open_rows], direction[open_rows])
+    kept = np.where(ways.gap < -tolerance)[0]  # where rounding led too far
+    ways.move[kept], ways.gap[kept], ways.touch[kept] = start.move[kept], start.gap[kept], start.touch[kept]
+    return ways
+
+
 def push(look: Look, directions: Array, enough: Array, limit: Array, tolerance: Array) -> Ways:
     """Find short translations that free along given directions, one for each row, and shorten them by descent.
 
@@ -239,6 +278,8 @@ def push(look: Look, directions: Array, enough: Array, limit: Array, tolerance: 
     if len(far):
         moves = scale(enough[far], directions[far])
         there = look(far, moves)
-        ways.put(far, _ways(len(far), there, moves))
-        pairs = joined_pairs([pairs, there._replace(row=far[there.row])])
+        end = _ways(len(far), there, moves)
+        free = end.gap >= -tolerance[far]  # hulls that part leave no doubt, but for rounding
+        ways.put(far[free], end.at(np.flatnonzero(free)))
+        pairs = joined_pairs([pairs, there._replace(row=far[there.row]).at(free[there.row])])
     return _descended(look, ways, pairs, tolerance)

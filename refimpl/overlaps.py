@@ -14,7 +14,7 @@ import numpy as np
 from refimpl.algorithms.surfaces import point_surface, points_surface
 from refimpl.atoms import leaves
 from refimpl.compiling import batch_of
-from refimpl.escapes import Look, Pairs, Ways, escape, joined_pairs, push
+from refimpl.escapes import Look, Pairs, Ways, escape, joined_pairs, push, touching
 from refimpl.linear import Array, Bools, apply, apply_inverse, norm, rotation_matrix, scale, unit_or
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
@@ -160,6 +160,7 @@ def _searched(
             rough = rough[ways.length[rough] > lower[rough] + 2 * tolerance[rough]]
         if len(rough):
             _try_directions(x[rough], y[rough], lambda w, m: look(rough[w], m), contacts, rough, ways, tolerance)
+        ways = touching(lambda which, moves, within: there.pairs(rows[which], moves, within), ways, tolerance)
     normal, _ = unit_or(ways.move, deepest.normal)
     depth = ways.length
     known = np.isfinite(depth)

@@ -82,10 +82,10 @@ class SmallScene:
         self.a, self.b = Stack(leaves(a)), Stack(leaves(b))
         self.pair_count = len(self.a) * len(self.b)
 
-    def pairs(self, rows: Indices, moves: Array) -> Pairs:
-        """Pairs whose boxes meet after B has moved in some rows; they count these rows from 0."""
+    def pairs(self, rows: Indices, moves: Array, within: Array | float = 0.0) -> Pairs:
+        """Pairs whose boxes meet, or are so near, after B has moved in some rows; they count these rows from 0."""
         gap, _ = self._boxes_apart(rows, moves)
-        row, i, j = np.nonzero(gap <= 0)
+        row, i, j = np.nonzero(gap <= np.broadcast_to(within, len(rows))[:, None, None])
         return self._answers(rows, row, i, j, moves)
 
     def nearest(self, rows: Indices) -> Pairs:
@@ -140,18 +140,14 @@ class LargeScene:
             self._pieces[row] = groups(leaves(self.a[row])), groups(leaves(self.b[row]))
         return self._pieces[row]
 
-    def pairs(self, rows: Indices, moves: Array) -> Pairs:
-        """Pairs whose boxes meet after B has moved in some rows; they count these rows from 0."""
+    def pairs(self, rows: Indices, moves: Array, within: Array | float = 0.0) -> Pairs:
+        """Pairs whose boxes meet, or are so near, after B has moved in some rows; they count these rows from 0."""
         found = []
-        for place, row in enumerate(rows.tolist()):
+        bounds = np.broadcast_to(within, len(rows))
+        for row in np.unique(rows).tolist():
+            places = np.flatnonzero(rows == row)
             xs, ys = self.pieces(row)
-            for x in xs:
-                for y in ys:
-                    moved = y.moved(moves[place])
-                    i, j, _ = candidates(x, moved, 0.0)
-                    if len(i):
-                        answer = ask(x.proxies[i], moved.proxies[j])
-                        found.append(Pairs(np.full(len(i), place), x.numbers[i], y.numbers[j], answer))
+            found += [_moved_pairs(x, y, places, moves[places], bounds[places]) for x in xs for y in ys]
         return joined_pairs(found)
 
     def nearest(self, rows: Indices) -> Pairs:
@@ -163,6 +159,19 @@ class LargeScene:
             )
             found.append(nearest._replace(row=np.full(1, place)))
         return joined_pairs(found)
+
+
+def _moved_pairs(x: Group, y: Group, places: Indices, moves: Array, bounds: Array) -> Pairs:
+    """Near pairs of two groups after several moves of the second, answered by one call."""
+    near = [
+        candidates(x, y.shifted(move), float(bound), nearest=False) for move, bound in zip(moves, bounds, strict=True)
+    ]
+    i, j = (np.concatenate([pair[side] for pair in near]) for side in (0, 1))
+    which = np.repeat(np.arange(len(places)), [len(pair[0]) for pair in near])
+    if not len(i):
+        return joined_pairs([])
+    answer = ask(x.proxies[i], y.proxies[j].translated(moves[which]))
+    return Pairs(places[which], x.numbers[i], y.numbers[j], answer)
 
 
 def nearest_atoms(xs: Sequence[Group], ys: Sequence[Group], within: float = np.inf) -> Pairs:

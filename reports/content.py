@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
-from reports import findings, tables, text
+from reports import findings, matrix, tables, text
 from reports.findings import BucketView
 from reports.tables import Table
 
@@ -14,6 +14,9 @@ TITLE = "proxyproof: discrepancy report"
 
 MOST_MODEL_LINES = 12
 """Lines on models that a report shows."""
+
+LONGEST_SCRIPT = 6000
+"""Characters of a script that a page shows; its file has it whole."""
 
 WORDS = (
     ("signed distance σ", "the gap when positive, 0 when touching, minus the penetration depth when negative"),
@@ -49,6 +52,7 @@ class Content:
     warnings: tuple[str, ...]
     ran: tuple[tuple[str, str], ...]
     summary: Table
+    overviews: tuple[Table, ...]
     matrices: tuple[Table, ...]
     index: Table
     groups: tuple[Group, ...]
@@ -71,12 +75,13 @@ def content(run: Run) -> Content:
         warnings=tuple(findings.warnings(run)),
         ran=tuple(what_ran(run)),
         summary=tables.summary(run),
-        matrices=tables.matrices(run, links),
+        overviews=matrix.overviews(run),
+        matrices=matrix.matrices(run, links),
         index=findings.index(views, run),
         groups=groups,
         regimes=tables.regime_table(run),
         coverage=tables.coverage(run),
-        support=tables.support_notes(run),
+        support=matrix.support_notes(run),
         timing=tables.timing(run),
     )
 

@@ -133,7 +133,7 @@ def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:
     yield "known", text.visible(bucket.known, limit=1000) if bucket.known else "no: this is new"
     for name, shape in (("A", scene.a), ("B", scene.b)):
         if not shapes.is_whole(shape):
-            yield f"numbers of {name}", f"{text.count(shape.pack().size)}: all of them are in run.json and in the script"
+            yield f"numbers of {name}", f"{text.count(shape.pack().size)}: run.json has them all"
     yield "scene", " · ".join(filter(None, (scene.id, text.visible(scene.regime), text.visible(scene.source))))
 
 

@@ -8,8 +8,9 @@ from html import escape as html_escape
 
 from oracles.outcome import Run
 from reports import text
-from reports.content import TITLE, WORDS, Content, Group, content
-from reports.findings import BucketView, Proof
+from reports.content import LONGEST_SCRIPT, TITLE, WORDS, Content, Group, content
+from reports.findings import BucketView
+from reports.proofs import Proof
 from reports.tables import LEGEND, Column, Entry, Table
 
 WIDEST = 44
@@ -65,10 +66,12 @@ def _lines(report: Content) -> Iterator[str]:
         yield ">"
     yield from ("", "## What ran", "", *_facts(report.ran), "", *table_lines(report.summary), "")
     yield from ("## Matrix", "")
-    for matrix in report.matrices:
-        yield from (*table_lines(matrix), "")
+    for overview in report.overviews:
+        yield from (f"{escape(overview.caption)}:", "", *table_lines(overview), "")
     yield from (f"- `{example}`: {escape(meaning)}" for _, example, meaning in LEGEND)
-    yield from ("", "## Findings", "")
+    for matrix in report.matrices:
+        yield from ("", *folded(matrix.caption, table_lines(matrix)))
+    yield from ("## Findings", "")
     yield from (*table_lines(report.index), "") if report.groups else ("None.", "")
     for group in report.groups:
         yield from _group(group)
@@ -109,7 +112,9 @@ def _bucket(bucket: BucketView) -> Iterator[str]:
     if bucket.proof:
         yield from folded(f"Certificate: {bucket.proof.interval}", _proof(bucket.proof))
     if bucket.repro:
-        yield from folded(f"Script that shows it: {bucket.file}", fenced(text.block(bucket.repro, 100_000), "python"))
+        yield from folded(
+            f"Script that shows it: {bucket.file}", fenced(text.block(bucket.repro, LONGEST_SCRIPT), "python")
+        )
 
 
 def _scene(proxies: Iterable[tuple[str, str]]) -> list[str]:
@@ -118,4 +123,4 @@ def _scene(proxies: Iterable[tuple[str, str]]) -> list[str]:
 
 def _proof(proof: Proof) -> Iterator[str]:
     yield from (f"- {escape(claim)}" for claim in proof.claims)
-    yield from ("", *fenced(proof.data, "json"))
+    yield from ("", *(fenced(proof.data, "json") if proof.whole else [escape(proof.data)]))

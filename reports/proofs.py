@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import math
 from dataclasses import dataclass
+from fractions import Fraction
 
 from refimpl.proof import (
     Certificate,
@@ -22,10 +23,12 @@ from refimpl.proof import (
     to_json,
 )
 from refimpl.proof.claims import Place, Simple, Tree
+from refimpl.proof.rational import Vector
 from reports import text
 
 MOST_CLAIMS = 12
 MOST_VERTICES = 8
+LONGEST_NUMBER = 24
 LONGEST_DATA = 6000
 """Characters of a certificate that a page shows; `run.json` has longer ones whole."""
 
@@ -75,7 +78,7 @@ def claim_in_words(claim: Claim) -> str:
         case Cover():
             return _cover(claim)
         case Part():
-            return (
+            return _sentence(
                 f"{_chosen(claim.of_a, 'A')} and {_chosen(claim.of_b, 'B')}, called A and B in what follows, bound the "
                 f"whole from above, since more parts only meet sooner. {_simple(claim.claim)}"
             )
@@ -85,46 +88,54 @@ def claim_in_words(claim: Claim) -> str:
 
 def _simple(claim: Simple) -> str:
     match claim:
-        case Separated(until=None):
-            said = f"Planes with normal {_v(claim.n)} support A and B and leave a gap between them: "
-            return said + f"at least that far apart.{_by_faces(claim)}"
-        case Separated():
-            said = f"Up to t = {_v(claim.until)}, a plane with normal {_v(claim.n)} keeps the ray away from the solid: "
-            return said + f"no hit before.{_by_faces(claim)}"
-        case Escape():
-            said = f"Moving B along {_v(claim.n)} until the supporting planes meet separates the interiors: "
-            return said + f"no deeper than that.{_by_faces(claim)}"
+        case Separated() | Escape():
+            shares = " Shares of a polytope's own planes show that they support it." if any(claim.faces) else ""
+            return _by_planes(claim) + shares
         case Near():
-            return f"{_start(_place(claim.a))} lies in A and {_place(claim.b)} in B: no farther apart than these two."
+            said = f"{_place(claim.a)} lies in A and {_place(claim.b)} in B: no farther apart than these two."
         case Common(p=None):
-            return f"At t = {_v(claim.time)} the ray is inside the solid: the hit is no later."
+            said = f"At t = {_v(claim.time)} the ray is inside the solid: the hit is no later."
         case Common(time=None):
-            return f"{_start(_place(claim.p))} lies in both: they intersect."
+            said = f"{_place(claim.p)} lies in both: they intersect."
         case Common():
-            said = f"At t = {_v(claim.time)} the ray is inside the solid, at {_place(claim.p)}: "
-            return said + "the hit is no later."
-        case Inscribed():
-            return (
-                f"A holds an ellipsoid around {_place(claim.a)} and B one around {_place(claim.b)}, and the differences "
-                f"of their points fill a ball of radius {_v(claim.radius)} about the origin: at least that deep."
-            )
-        case Core(directions=True):
-            return "Directions in which A and B go on for ever surround the origin: the overlap has no end."
-        case Core(triangles=()):
-            return "A point of A's axis or centre and one of B's are nearer than the radii reach: at least that deep."
+            said = f"At t = {_v(claim.time)} the ray is inside the solid, at {_place(claim.p)}: the hit is no later."
         case Core():
-            count = text.plural(len(claim.triangles), "triangle")
-            return f"Differences of points of A and B span {count} around a ball about the origin: at least that deep."
+            said = _core(claim)
+        case Inscribed():
+            said = (
+                f"A holds an ellipsoid around {_place(claim.a)} and B one around {_place(claim.b)}; differences of "
+                f"their points fill a ball of radius {_v(claim.radius)} about the origin: at least that deep."
+            )
+    return _sentence(said)
+
+
+def _by_planes(claim: Separated | Escape) -> str:
+    n = _direction(claim.n)
+    if isinstance(claim, Escape):
+        return f"Moving B along {n} until the supporting planes meet separates the interiors: no deeper than that."
+    if claim.until is None:
+        return f"Planes with normal {n} support A and B and leave a gap between them: at least that far apart."
+    said = f"Up to t = {_v(claim.until)}, a plane with normal {n} keeps the ray away from the solid"
+    return f"{said}: no hit before."
+
+
+def _core(claim: Core) -> str:
+    if claim.directions:
+        return "Directions in which A and B go on for ever surround the origin: the overlap has no end."
+    if not claim.triangles:
+        return "A point of A's axis or centre and one of B's are nearer than the radii reach: at least that deep."
+    count = text.plural(len(claim.triangles), "triangle")
+    return f"Differences of points of A and B span {count} around a ball about the origin: at least that deep."
 
 
 def _cover(claim: Cover) -> str:
-    planes = f"{text.plural(_leaves(claim.tree), 'pair')} of parallel planes"
+    planes = f"planes across {text.plural(_leaves(claim.tree), 'direction')}"
     if claim.until is not None:
         return f"Up to t = {_v(claim.until)}, {planes} keep the ray away from all of the solid's parts: no hit before."
     parted = f"{planes} part all convex parts and triangles of A from all of B's, and neither holds a part of the other"
     if any(claim.shift):
         return f"Once B is moved by {_v(claim.shift)}, {parted}: no deeper than this move is long."
-    return f"{_start(parted)}: at least as far apart as the narrowest of these gaps."
+    return f"{_sentence(parted)}: at least as far apart as the narrowest of these gaps."
 
 
 def _chosen(choice: int | tuple[int, Piece] | None, name: str) -> str:
@@ -152,24 +163,30 @@ def _leaves(tree: Tree) -> int:
     return count
 
 
-def _by_faces(claim: Separated | Escape) -> str:
-    return " Shares of a polytope's own planes show that they support it." if any(claim.faces) else ""
-
-
 def _place(place: Place | None) -> str:
     """Coordinates of a point, or the vertices whose weighted mean it is."""
     if not place or not isinstance(place[0], tuple):
         return _v(place)
-    numbers = [str(entry[0]) for entry in place if isinstance(entry, tuple)]
+    numbers = list(map(str, sorted(entry[0] for entry in place if isinstance(entry, tuple))))
     if len(numbers) == 1:
         return f"vertex {numbers[0]}"
     named = f"vertices {', '.join(numbers[:-1])} and {numbers[-1]}"
     return f"a mean of {named if len(numbers) <= MOST_VERTICES else text.plural(len(numbers), 'vertex', 'vertices')}"
 
 
-def _start(words: str) -> str:
+def _direction(n: Vector) -> str:
+    """A direction as it is, or where its numbers are too long to be read, of length 1 and rounded."""
+    if all(isinstance(x, float) or len(_v(x)) <= LONGEST_NUMBER for x in n):
+        return _v(n)
+    largest = max(abs(Fraction(x)) for x in n)
+    scaled = [float(Fraction(x) / largest) for x in n]
+    length = math.hypot(*scaled)
+    return f"about ({', '.join(f'{x / length:.6g}' for x in scaled)})"
+
+
+def _sentence(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _v(value: object | Sequence[object]) -> str:
+def _v(value: object) -> str:
     return text.full(value)

@@ -9,7 +9,7 @@ import re
 import numpy as np
 
 from oracles.scene import readable
-from refimpl.shapes import Proxy
+from refimpl.shapes import Composite, Polyhedron, Proxy
 from reports import text
 
 WHOLE = 1000
@@ -30,13 +30,23 @@ def in_words(shape: Proxy) -> str:
 
     The digest, the first of the SHA-256 of the numbers as little-endian doubles, tells equal geometry from other.
     """
-    call = readable(shape)
+    call = _call(shape)
     return text.visible(call if len(call) <= WHOLE else LIST.sub(lambda found: _list(found[0]), call), LONGEST)
 
 
 def is_whole(shape: Proxy) -> bool:
     """Whether `in_words` gives every number."""
-    return in_words(shape) == readable(shape)
+    return in_words(shape) == _call(shape)
+
+
+def _call(shape: Proxy) -> str:
+    """Constructor call with every number."""
+    if isinstance(shape, Composite):
+        return f"Composite([{', '.join(map(_call, shape.parts))}])"
+    if isinstance(shape, Polyhedron):
+        names = ("vertices", "triangles", "position", "rotation")
+        return f"Polyhedron({', '.join(f'{name}={getattr(shape, name).tolist()!r}' for name in names)})"
+    return readable(shape)
 
 
 def _list(numbers: str) -> str:

@@ -21,6 +21,9 @@ UNSUPPORTED, EMULATED = "unsupported", "emulated"
 AUDITED = "refimpl"
 """In the place of an engine's name: the reference, whose own answers the campaign audits."""
 
+ASIDE = (Kind.CONVENTION, Kind.UNDECIDED, Kind.UNSUPPORTED, Kind.SKIPPED)
+"""What an entry says beside the worst."""
+
 LEGEND = (
     ("ok", "✓ 120", "all 120 answers agree with the proven interval"),
     ("convention", "≈ 120", "no answer is wrong, but some are right only by the engine's own convention"),
@@ -29,7 +32,7 @@ LEGEND = (
     ("timed-out", "✗ timed out 3 of 120", "the engine did not return in time"),
     ("undecided", "? 120", "the proven intervals allow no decision"),
     ("problem", "! nothing compared", "the cell is supported, and nothing was compared: the run is incomplete"),
-    ("unsupported", "unsupported", "the engine has no such query for this pair"),
+    ("unsupported", "unsupported", "the engine has no such query for this pair; – where that holds for all queries"),
     ("unsupported", "emulated", "the engine answers by way of another of its queries or shapes"),
 )
 """State, example and meaning of the matrix's entries."""
@@ -49,6 +52,8 @@ class Entry:
         A longer explanation, for formats that can show one on demand.
     link
         Anchor within the report.
+    anchor
+        The entry's own.
     """
 
     text: str
@@ -56,6 +61,7 @@ class Entry:
     state: str = ""
     title: str = ""
     link: str = ""
+    anchor: str = ""
 
 
 @dataclass(frozen=True)
@@ -69,11 +75,19 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of entries; the first entry of a row is the row's heading."""
+    """Rows of entries; the first entry of a row is the row's heading.
+
+    Attributes
+    ----------
+    sections
+        Headings, and how many of the rows stand below each; the rows' own headings, such as "Sphere–Box", start
+        with that of their section.
+    """
 
     caption: str
     columns: tuple[Column, ...]
     rows: tuple[tuple[Entry, ...], ...]
+    sections: tuple[tuple[str, int], ...] = ()
 
 
 def grouped(run: Run, *names: str) -> dict[tuple[str, ...], Counter[Kind]]:
@@ -146,58 +160,12 @@ def summary(run: Run) -> Table:
     return Table("Verdicts per engine and query", columns, tuple(rows))
 
 
-def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
-    """Pairs by engine and query: the state of every cell at a glance; a table per set of queries that pairs share.
-
-    Parameters
-    ----------
-    links
-        Anchor of each cell that has findings.
-    """
-    counts = grouped(run, "engine", "query", "pair")
-    queries: dict[str, tuple[str, ...]] = {}
-    for cell in cells():
-        queries[cell.pair] = (*queries.get(cell.pair, ()), cell.query)
-
-    def table(asked: tuple[str, ...]) -> Table:
-        keys = [(engine, query) for engine in engines(run) for query in asked]
-        rows = [
-            (
-                Entry(pair),
-                *(_matrix_entry(run, (*key, pair), counts.get((*key, pair), Counter()), links) for key in keys),
-            )
-            for pair, its_queries in queries.items()
-            if its_queries == asked
-        ]
-        columns = (Column(query, group=text.visible(engine)) for engine, query in keys)
-        return Table(f"Pairs by engine: {', '.join(asked)}", (Column("pair"), *columns), tuple(rows))
-
-    return tuple(map(table, sorted(set(queries.values()), key=lambda asked: QUERIES.index(asked[0]))))
-
-
-def _matrix_entry(run: Run, key: CellKey, verdicts: Counter[Kind], links: dict[CellKey, str]) -> Entry:
-    note = run.support.get(key)
-    link = links.get(key, "")
-    reason = text.visible(note.reason) if note else ""
-    notes = [EMULATED] if note and note.kind == EMULATED else []
-    if note and note.kind == UNSUPPORTED:
-        return Entry(UNSUPPORTED, state="unsupported", title=reason, link=link)
-    if not total(verdicts, COMPARED):
-        if note is None and not verdicts:
-            return Entry("not asked", state="none")
-        return Entry("! nothing compared", "; ".join(notes), "problem", reason, link)
-    state, words, rest = _state_of(verdicts)
-    return Entry(words, "; ".join(rest + notes), state, reason, link)
-
-
-def _state_of(verdicts: Counter[Kind]) -> tuple[str, str, list[str]]:
+def state_of(verdicts: Counter[Kind]) -> tuple[str, str, list[str]]:
     """The worst that happened in a cell, in words, and what else happened."""
     compared = text.count(total(verdicts, COMPARED))
     bad = [kind for kind in (Kind.REFERENCE_WRONG, *FINDINGS[:-1]) if verdicts[kind]]
     rest = [f"{kind.value} {text.count(verdicts[kind])}" for kind in bad[1:]]
-    rest += [
-        f"{k.value} {text.count(verdicts[k])}" for k in (Kind.CONVENTION, Kind.UNDECIDED, Kind.SKIPPED) if verdicts[k]
-    ]
+    rest += [f"{kind.value} {text.count(verdicts[kind])}" for kind in ASIDE if verdicts[kind]]
     if bad:
         said = "" if bad[0] is Kind.WRONG else f"{bad[0].value} "
         return _state(bad[0]), f"✗ {said}{text.count(verdicts[bad[0]])} of {compared}", rest
@@ -244,22 +212,9 @@ def coverage(run: Run) -> Table:
 def _coverage_entry(verdicts: Counter[Kind]) -> Entry:
     compared, found = total(verdicts, COMPARED), total(verdicts, FINDINGS)
     state = "wrong" if found else "" if compared else "problem"
-    details = ", ".join(f"{kind.value} {text.count(verdicts[kind])}" for kind in Kind if verdicts[kind])
+    told = [f"{kind.value} {text.count(verdicts[kind])}" for kind in Kind if verdicts[kind]]
+    details = "" if compared == verdicts[Kind.AGREES] else ", ".join(told)
     return Entry(text.count(compared), f"✗ {text.count(found)}" if found else "", state, details)
-
-
-def support_notes(run: Run) -> Table:
-    """Why cells are unsupported or emulated: one row per reason, with all its cells."""
-    together: dict[tuple[str, str, str], dict[str, list[str]]] = {}
-    for (engine, query, pair), note in run.support.items():
-        if note.kind == UNSUPPORTED or note.reason:
-            together.setdefault((engine, note.kind, note.reason), {}).setdefault(query, []).append(pair)
-    rows = []
-    for (engine, kind, reason), queries in sorted(together.items()):
-        named = "; ".join(f"{text.visible(q)}: {', '.join(map(text.visible, pairs))}" for q, pairs in queries.items())
-        rows.append((Entry(text.visible(engine)), Entry(text.visible(kind)), Entry(text.visible(reason)), Entry(named)))
-    columns = (Column("engine"), Column("support"), Column("how, or why not"), Column("cells"))
-    return Table("What the engines answer, and how", columns, tuple(rows))
 
 
 def timing(run: Run) -> Table:

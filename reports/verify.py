@@ -74,9 +74,11 @@ def _coverage(data: dict[str, Any]) -> Iterator[str]:
     if not cells:
         yield "no engine supports any cell"
     for cell in cells:
-        for regime in data["regimes"]:
-            if compared[cell["engine"], cell["query"], cell["pair"], regime] <= 0:
-                yield f"nothing compared: {cell['engine']} · {cell['query']} · {cell['pair']} in regime {regime}"
+        key = cell["engine"], cell["query"], cell["pair"]
+        silent = [regime for regime in data["regimes"] if compared[*key, regime] <= 0]
+        if silent:
+            where = "any regime" if len(silent) == len(data["regimes"]) else f"regime {', '.join(silent)}"
+            yield f"nothing compared: {' · '.join(key)} in {where}"
 
 
 def _pages(folder: Path, data: dict[str, Any]) -> Iterator[str]:

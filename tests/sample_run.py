@@ -10,7 +10,7 @@ import numpy as np
 
 from oracles.outcome import Bucket, Finding, Kind, Run, Severity, SupportNote, Verdict
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Scene, cells
-from refimpl import Box, Capsule, HalfSpace, Point, Ray, Sphere
+from refimpl import Box, Capsule, Composite, ConvexPolyhedron, HalfSpace, Point, Polyhedron, Ray, Sphere
 from refimpl.proof import Certificate, certify, check
 
 REGIMES = {
@@ -27,6 +27,7 @@ REGIMES = {
     "tiny": "sizes of 1e-9",
     "size_ratio": "sizes that differ by up to 1e9",
     "far_away": "coordinates of 1e6 with sizes of 1e-3",
+    "models": "meshes of robots, tools and toys: many faces, no two alike",
 }
 
 SCRIPT = '''"""Ask the engine alone."""
@@ -42,10 +43,18 @@ B_BOX = Box([1.7, 0.0, 2.0], [0.5, 0.5, 0.5], [0.0, 0.0, 0.0, 1.0])
 ROOM = HalfSpace([0.0, 0.0, 2.0], -1.0)
 ROD = Capsule([0.0, 0.0, 0.0], [0.0, 0.0, 3.0], 0.25)
 BALL = Sphere([0.5, 0.0, 1.0], 1.0)
+_TURN = 2.4 * np.arange(120.0)
+STONE = ConvexPolyhedron.from_vertices(np.stack([np.cos(_TURN), np.sin(_TURN), np.linspace(-1.0, 1.0, 120)], -1))
+"""A hull of as many numbers as a real model has."""
+WEDGE = Polyhedron(
+    [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+    position=[2.0, -0.5, 0.0],
+)
 
 
 def sample_run() -> Run:
-    """Two engines, all 25 cells, thirteen regimes, eight buckets."""
+    """Two engines, every cell of the pair table, fourteen regimes, nine buckets."""
     run = Run(
         seed=20240229,
         budget=60.0,
@@ -60,6 +69,7 @@ def sample_run() -> Run:
         },
         engines=["fcl", "bullet"],
         regimes=dict(REGIMES),
+        models=["pybullet_data 3.2.7: 2298 models", "duck.obj: no solid: 4 edges are open"],
         timing={
             "scenes": 3.2,
             "fcl": 21.7,
@@ -157,6 +167,7 @@ def _buckets() -> list[Bucket]:
     small = Scene(DISTANCE, BALL, B_BOX, "tiny", "20240229/tiny/0:1")
     far = Scene(DISTANCE, BALL, ROD, "far_away", "20240229/far_away/0:1")
     witness = Scene(DISTANCE, Point([1.0, 0.0, 2.0]), A_BOX, "sliver")
+    model = Scene(DISTANCE, STONE, Composite([WEDGE, ROD.translated([4.0, 0.0, 0.0])]), "models", "bulk 1/2/3 of a.stl")
     said = {"distance": 0.21235, "on_a": [1.0, 0.0, 2.0], "on_b": [1.2, 0.0, 2.0]}
     true = {"distance": 0.2, "on_a": np.array([1.0, 0.0, 2.0]), "on_b": np.array([1.2000000000000002, 0.0, 2.0])}
     known = "FCL's tolerance of 1e-6 is relative to the coordinates, and cannot be set through python-fcl."
@@ -229,6 +240,14 @@ def _buckets() -> list[Bucket]:
             answer={"distance": 0.09999},
             reference={"distance": 0.1},
             known=known,
+        ),
+        bucket(
+            "bullet",
+            model,
+            wrong(model, "distance too large", Severity.SMALL, 1e-6),
+            {"models": 2},
+            answer={"distance": 1.001},
+            reference={"distance": 1.0},
         ),
     ]
 

@@ -25,6 +25,7 @@ from refimpl.proof import (
     certify,
     check,
     from_json,
+    reading,
     sets,
     to_json,
 )
@@ -109,7 +110,7 @@ def one(claim: Claim, a: Proxy, b: Proxy) -> tuple[Any, Any]:
 
 
 def test_a_turned_cube_of_planes_is_the_box() -> None:
-    cube, box = sets.read(CUBE), sets.read(BOX)
+    cube, box = reading.read(CUBE), reading.read(BOX)
     assert isinstance(cube, sets.Planes)
     assert isinstance(box, sets.Round)
     for i, j, k in product((0, 1), (1, 2), (2, 5)):
@@ -128,7 +129,7 @@ def test_a_turned_cube_of_planes_is_the_box() -> None:
 
 
 def test_a_hull_is_as_far_as_its_vertices() -> None:
-    hull = sets.read(TETRAHEDRON)
+    hull = reading.read(TETRAHEDRON)
     assert isinstance(hull, sets.Hull)
     corners = [hull.member(((i, 1),))[0] for i in range(4)]
     for n in product((-2, 0, 3), (1, -1), (0, 5)):
@@ -136,7 +137,7 @@ def test_a_hull_is_as_far_as_its_vertices() -> None:
     mean, outside = hull.member(((0, 2), (3, 0.5)))
     assert outside == 0
     assert mean == [(4 * x + y) / 5 for x, y in zip(corners[0], corners[3], strict=True)]
-    box = sets.read(BOX)
+    box = reading.read(BOX)
     assert isinstance(box, sets.Round)
     assert all(box.member(corner)[1] == 0 for corner in corners)  # they are corners of the cube
 

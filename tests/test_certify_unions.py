@@ -225,6 +225,12 @@ REFUSED: dict[str, tuple[Any, Proxy, Proxy]] = {
     ),
     "a shift that does not separate": (Cover(Separated(X), (1, 0, 0), ((), ((0, 0, 0),))), CUBE, Sphere((0, 0, 0), 1)),
     "touching meshes": (Cover(Separated(X), (2, 0, 0)), CUBE, CUBE),
+    "a point between two boxes": (
+        Cover(Split(0, (0,), (Separated(X), Separated((-1, 0, 0))))),
+        Composite([AABB((-1, -1, -1), (0, 1, 1)), AABB((0, -1, -1), (1, 1, 1))]),
+        Point((0, 0, 0)),
+    ),
+    "a split by no numbers": (Cover(Split(0, ([],), (Separated(X), Separated(X)))), CUBE, FAR),  # type: ignore[arg-type]
     "no tree": (Cover(None), CUBE, FAR),  # type: ignore[arg-type]
     "a split of nothing": (Cover(Split(0, (), ())), CUBE, FAR),  # type: ignore[arg-type]
     "a split of a third side": (Cover(Split(2, (), (Separated(X), Separated(X)))), CUBE, FAR),
@@ -330,6 +336,8 @@ BAD: list[tuple[str, dict[str, Any]]] = [
     ("Composite", {"parts": [1, 2]}),
     ("Composite", {"parts": (RAY := Ray((0, 0, 0), (1, 0, 0)),)}),
     ("Composite", {"parts": (3,)}),
+    ("Composite", {"parts": ()}),
+    ("Polyhedron", {"vertices": TETRAHEDRON, "triangles": [], **POSE}),
 ]
 
 

@@ -17,6 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf  # type: ignore[import-untyped]
 
+from refimpl.linear import rotation_matrix
 from refimpl.proof import (
     Certificate,
     Claim,
@@ -30,9 +31,10 @@ from refimpl.proof import (
     check,
     checker,
     rational,
+    reading,
     sets,
 )
-from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere
+from refimpl.shapes import AABB, KDOP, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Point, Proxy, Ray, Sphere
 from tests.truth import ray_interval, signed_distance
 
 INF = math.inf
@@ -64,7 +66,7 @@ def at_origin(*points: tuple[float, ...]) -> tuple[Any, ...]:
 # ---- the file ----------------------------------------------------------------------------------------------
 
 
-TRUSTED = ("checker", "claims", "bounds", "unions", "sets", "rational")
+TRUSTED = ("checker", "claims", "bounds", "unions", "sets", "reading", "rational")
 
 
 def test_the_trusted_files_need_only_the_standard_library_and_stay_small() -> None:
@@ -243,7 +245,7 @@ def square(u: Any, v: Any) -> Fraction:
 
 @pytest.mark.parametrize("shape", SOLIDS, ids=lambda s: type(s).__name__)
 def test_support_and_distance_agree_with_points_all_over_the_shape(shape: Proxy) -> None:
-    body = sets.read(shape)
+    body = reading.read(shape)
     assert isinstance(body, sets.Round)
     assert body.radius == Fraction(float(getattr(shape, "radius", 0.0)))
     steps = 8
@@ -263,8 +265,88 @@ def test_support_and_distance_agree_with_points_all_over_the_shape(shape: Proxy)
         assert proven > 0 or len(points) > 1
 
 
+CURVED = [
+    Ellipsoid((0.5, -1, 2), (0.5, 1.5, 3), (1, 2, 3, 4)),
+    Ellipsoid((0.5, -1, 2), (1e-9, 1.5, 1.5), (1, 2, 3, 4)),
+    Cylinder((0.5, -1, 2), (1, 2, 4), 0.75),
+    Cylinder((0.5, -1, 2), (0.5, -1, 2.125), 3),
+]
+
+
+def points_of(shape: Any, rng: np.random.Generator, count: int) -> Any:
+    """Points all over the surface of an ellipsoid or a cylinder, in floats."""
+    u = rng.normal(size=(count, 3))
+    u /= np.linalg.norm(u, axis=1)[:, None]
+    if isinstance(shape, Ellipsoid):
+        return shape.center + (u * shape.radii) @ rotation_matrix(shape.rotation).T
+    way = (shape.q - shape.p) / np.linalg.norm(shape.q - shape.p)
+    across, places = np.cross(u, way), rng.choice([0.0, 0.25, 1.0], count)[:, None]
+    sizes = np.where(places[:, 0] == 0.25, 1.0, rng.choice([1.0, 0.5], count)) / np.linalg.norm(across, axis=1)
+    return shape.p + places * (shape.q - shape.p) + shape.radius * sizes[:, None] * across
+
+
+@pytest.mark.parametrize("shape", CURVED, ids=lambda s: type(s).__name__)
+def test_support_and_membership_agree_with_points_all_over_the_curved(shape: Proxy) -> None:
+    solid, rng = reading.read(shape), np.random.default_rng(6)
+    assert isinstance(solid, sets.Ellipsoid | sets.Cylinder)
+    points = points_of(shape, rng, 4000)
+    middle = shape.reference_point
+    for _ in range(20):
+        n = [int(x) for x in rng.integers(-9, 10, 3)]
+        height, highest = solid.support(n), float(np.max(points @ n))
+        assert highest - 1e-12 <= height <= highest + 0.05 * (1 + abs(height))
+    for point in points[:60]:
+        inner, outer = (middle + f * (point - middle) for f in (1 - 1e-6, 1.25))
+        assert solid.member(inner.tolist())[1] == 0
+        found, outside = solid.member(outer.tolist())
+        assert found == list(exact(outer))
+        assert 0 < outside <= 0.25 * np.linalg.norm(point - middle) * (1 + 1e-6)  # as far as it is from `point`
+        away = (outer - middle) / np.linalg.norm(outer - middle)
+        size = [int(2**40 * c) for c in away]
+        gap = float(sum(c * x for c, x in zip(size, found, strict=True)) - solid.support(size)) / np.linalg.norm(size)
+        assert float(outside) >= gap * (1 - 1e-9)  # and no less than from a plane that has all of the shape behind it
+
+
+def test_known_supports_and_members_of_the_curved() -> None:
+    egg = reading.read(Ellipsoid((1, 0, 0), (2, 3, 6), (0, 0, 0, 1)))
+    assert egg.support([3, 0, 0]) == 9
+    assert egg.support([0, 1, 0]) == 3
+    assert egg.support([3, 2, 0]) ** 2 > 0
+    assert egg.member((3, 0, 0))[1] == 0
+    assert egg.member((4, 0, 0))[1] == 1
+    assert egg.member((1, 0, -6.5))[1] == Fraction(1, 2)
+    can = reading.read(Cylinder((0, 0, 1), (0, 0, 5), 2))
+    assert can.support([0, 0, 1]) == 5
+    assert can.support([3, 4, 0]) == 10
+    assert can.support([0, 0, -2]) == -2
+    assert can.member((0, 2, 5))[1] == 0
+    assert can.member((0, 5, 9))[1] == 5
+    assert can.member((0, 0, 0.5))[1] == Fraction(1, 2)
+    assert isinstance(reading.read(Ellipsoid((1, 0, 0), (2, 2, 2), (1, 2, 3, 4))), sets.Round)
+
+
+def test_a_thin_ellipsoid_is_left_by_no_more_than_it_is_thick() -> None:
+    """A double's last bit is much, next to a thickness of 1e-9; moving across the sheet mends it."""
+    sheet = reading.read(Ellipsoid((0, 0, 0), (1, 1, 1e-9), (0, 0, 0, 1)))
+    assert 0 < sheet.member((0.5, 0.5, 1e-9))[1] < 4e-10
+    assert 0 < sheet.member((0.6, 0.8 + 1e-12, 0))[1] < 2e-12
+
+
+def test_positive_semidefinite_matrices_are_told_from_others() -> None:
+    rng = np.random.default_rng(2)
+    for rank in range(5):
+        for _ in range(10):
+            rows = rng.integers(-3, 4, (rank, 4)).tolist()
+            gram = [[Fraction(sum(row[i] * row[j] for row in rows)) for j in range(4)] for i in range(4)]
+            assert rational.is_positive(gram)
+            k = int(rng.integers(4))
+            gram[k][k] -= gram[k][k] + Fraction(1, 10**30)
+            assert not rational.is_positive(gram)
+    assert not rational.is_positive([[Fraction(0), Fraction(1)], [Fraction(1), Fraction(5)]])
+
+
 def test_support_and_distance_of_unbounded_shapes() -> None:
-    body = sets.read(HalfSpace((1, 2, -2), 0.75))
+    body = reading.read(HalfSpace((1, 2, -2), 0.75))
     assert isinstance(body, sets.Half)
     assert body.support([2, 4, -4]) == Fraction(-3, 2)
     for n in ([-1, -2, 2], [1, 2, -1], [1, 0, 0]):
@@ -272,7 +354,7 @@ def test_support_and_distance_of_unbounded_shapes() -> None:
             body.support(n)
     assert body.square_distance(exact((1, 2, -2))) == Fraction(39, 12) ** 2
     assert body.square_distance(exact((-1, -2, 2))) == 0
-    ray = sets.read(Ray((1, 2, 3), (0, 0, 2)))
+    ray = reading.read(Ray((1, 2, 3), (0, 0, 2)))
     assert isinstance(ray, sets.Line)
     assert ray.support([1, 0, 0]) == 1
     assert ray.support([1, 0, -1]) == -2
@@ -549,6 +631,11 @@ SCENES: list[tuple[Proxy, Proxy]] = [
     (RAY, TURNED),
     (RAY, FAR_BALL.translated((0.5, -3, 0.5))),
     (MISSING_RAY, ROD),
+    (Ellipsoid((0, 0, 0), (1, 2, 3), (1, 2, 3, 4)), FAR_BALL),
+    (Ellipsoid((0, 0, 0), (1, 2, 3), (1, 2, 3, 4)), TURNED),
+    (Cylinder((0, 0, 0), (1, 2, 3), 0.5), Cylinder((0, 0, 0), (0, 0, 1), 2)),
+    (KDOP(np.eye(3), (-1, -1, -1), (1, 1, 1)), TURNED),
+    (RAY, Cylinder((0, 0, 0), (1, 2, 3), 0.5)),
 ]
 NUMBERS = st.one_of(
     st.floats(width=64),

@@ -15,7 +15,7 @@ import pytest
 
 from oracles.engine import EngineUnavailable
 from oracles.outcome import Kind, Run, Verdict
-from refimpl.pairs import TABLE
+from refimpl.pairs import PROBES, SOLIDS, TABLE
 from reports import cli, verify, vs
 from tests.sample_run import sample_run
 
@@ -208,7 +208,7 @@ def test_table_shows_every_row_of_the_pair_table(capsys: pytest.CaptureFixture[s
     assert cli.main(["table"]) == 0
     printed = capsys.readouterr().out
     matrix, legend, *_ = printed.split("\n\n")
-    assert sum(len(re.findall(r"\b[cf]\d+\b", line)) for line in matrix.splitlines()) == len(TABLE) == 25
+    assert sum(len(re.findall(r"\b[cfi]\d+\b", line)) for line in matrix.splitlines()) == len(TABLE)
     named = {pair for line in legend.splitlines() for pair in re.findall(r"\w+–\w+", line)}
     assert named == {f"{a.__name__}–{b.__name__}" for a, b in TABLE}
     for rule in TABLE.values():
@@ -227,10 +227,14 @@ def test_table_marks_fit_their_rule() -> None:
 
 def test_table_in_markdown(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["table", "--markdown"]) == 0
-    rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
-    assert len(rows) == 2 + 7
-    assert {row.count("|") for row in rows} == {7}
-    assert sum(len(re.findall(r"\b[cf]\d+\b", row)) for row in rows) == 25
+    blocks = [block.splitlines() for block in capsys.readouterr().out.split("\n\n") if block.startswith("|")]
+    matrix, *others = blocks
+    assert len(matrix) == 2 + len(PROBES) + len(SOLIDS)
+    assert {row.count("|") for row in matrix} == {len(SOLIDS) + 2}
+    assert sum(len(re.findall(r"\b[cfi]\d+\b", row)) for row in matrix) == len(TABLE)
+    named = [row.split("|")[1].strip() for row in others[-1][2:]]
+    assert named == [f"{a.__name__}–{b.__name__}" for a, b in TABLE]
+    assert all(len({row.count("|") for row in block}) == 1 for block in blocks)
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"], ["run", "--help"], ["table", "--help"]])

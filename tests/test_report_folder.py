@@ -136,7 +136,7 @@ def test_a_written_report_is_complete(report: Any, capsys: pytest.CaptureFixture
         (lambda data: data["buckets"][0].update(claim=""), "what is wrong"),
         (lambda data: data["buckets"][0].update(count=99), "99 times"),
         (lambda data: data["buckets"][0].update(repro="repro/none.py"), "is missing"),
-        (lambda data: data["buckets"].append({**data["buckets"][0], "number": 9}), "lacks the buckets [9]"),
+        (lambda data: data["buckets"].append({**data["buckets"][0], "number": 99}), "lacks the buckets [99]"),
     ],
 )
 def test_gaps_in_the_data_are_found(report: Any, alter: Any, gap: str) -> None:

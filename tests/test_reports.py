@@ -10,11 +10,13 @@ from typing import get_args
 
 import pytest
 
+import refimpl
 from oracles.outcome import COMPARED, Kind, Run, SupportNote, Verdict
-from oracles.scene import DISTANCE, cells
-from refimpl.proof import checker
-from reports import findings, html, markdown, tables, text
-from tests.sample_run import Page, sample_run
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, cells
+from refimpl import Composite, ConvexPolyhedron
+from refimpl.proof import Certificate, checker, claims
+from reports import findings, html, markdown, matrix, proofs, shapes, summary, tables, text
+from tests.sample_run import A_BOX, BALL, STONE, WEDGE, Page, sample_run
 
 
 @pytest.fixture(scope="module")
@@ -63,10 +65,51 @@ def test_coverage_and_regimes_add_up(run: Run) -> None:
 
 
 def test_matrix_has_every_pair_and_every_cell(run: Run) -> None:
-    rows = [row for table in tables.matrices(run, {}) for row in table.rows]
+    rows = [row for table in matrix.matrices(run, {}) for row in table.rows]
     assert sorted(row[0].text for row in rows) == sorted({cell.pair for cell in cells()})
-    assert len(rows) == 25
+    assert len(rows) == len(refimpl.table())
     assert sum(len(row) - 1 for row in rows) == len(run.engines) * len(cells())
+
+
+def test_sections_of_the_matrix_hold_their_rows(run: Run) -> None:
+    for table in matrix.matrices(run, {}):
+        assert sum(count for _, count in table.sections) == len(table.rows)
+        below = [(heading, rows) for heading, rows in html.sections(table)]
+        shown = [f"{heading}–{row[0].text}" for heading, rows in below for row in rows]
+        assert shown == [row[0].text for row in table.rows]
+
+
+def test_overview_is_a_triangle_of_every_pair_per_engine(run: Run) -> None:
+    overviews = matrix.overviews(run)
+    assert len(overviews) == len(run.engines)
+    for table in overviews:
+        said = {f"{row[0].text}–{c.title}": e for row in table.rows for c, e in zip(table.columns, row, strict=True)}
+        assert {pair for pair, entry in said.items() if entry.text and not pair.endswith("–")} == {
+            f"{a.__name__}–{b.__name__}" for a, b in refimpl.table()
+        }
+    bullet = {row[0].text: dict(zip((c.title for c in table.columns), row, strict=True)) for row in overviews[1].rows}
+    assert (bullet["HalfSpace"]["HalfSpace"].text, bullet["HalfSpace"]["HalfSpace"].state) == ("–", "unsupported")
+    wrong = bullet["ConvexPolyhedron"]["Composite"]
+    assert (wrong.text, wrong.state) == ("✗\u202f2", "wrong")
+
+
+def test_worst_query_of_a_pair_is_the_one_at_a_glance() -> None:
+    run = Run(0, 1.0, "", engines=["e"])
+    run.support = {("e", query, "Box–Box"): SupportNote("native", "") for query in (DISTANCE, BOOLEAN)}
+    run.support["e", CONTACTS, "Box–Box"] = SupportNote("unsupported", "")
+
+    def at_a_glance() -> tuple[str, str]:
+        rows = {row[0].text: row for row in matrix.overviews(run)[0].rows}
+        entry = rows["Box"][[c.title for c in matrix.overviews(run)[0].columns].index("Box")]
+        return entry.state, entry.text
+
+    run.counts["e", DISTANCE, "Box–Box", "generic", Kind.AGREES] = 5
+    assert at_a_glance() == ("problem", "!")
+    run.counts["e", BOOLEAN, "Box–Box", "generic", Kind.CONVENTION] = 5
+    assert at_a_glance() == ("convention", "≈")
+    run.counts["e", DISTANCE, "Box–Box", "deep", Kind.CRASHED] = 2
+    run.counts["e", BOOLEAN, "Box–Box", "deep", Kind.WRONG] = 3
+    assert at_a_glance() == ("wrong", "✗\u202f5")
 
 
 @pytest.mark.parametrize(
@@ -80,6 +123,8 @@ def test_matrix_has_every_pair_and_every_cell(run: Run) -> None:
         ({Kind.AGREES: 3, Kind.TIMED_OUT: 2, Kind.SKIPPED: 5}, "timed-out", "✗ timed out 2 of 5"),
         ({Kind.WRONG: 2, Kind.CRASHED: 1, Kind.AGREES: 1}, "wrong", "✗ 2 of 4"),
         ({Kind.REFERENCE_WRONG: 1, Kind.WRONG: 2}, "reference-wrong", "✗ reference wrong 1 of 3"),
+        ({Kind.AGREES: 3, Kind.UNSUPPORTED: 2}, "ok", "✓ 3"),
+        ({Kind.UNSUPPORTED: 2}, "problem", "! nothing compared"),
         ({Kind.SKIPPED: 5}, "problem", "! nothing compared"),
         ({}, "problem", "! nothing compared"),
     ],
@@ -87,13 +132,13 @@ def test_matrix_has_every_pair_and_every_cell(run: Run) -> None:
 def test_matrix_entry_names_the_worst(verdicts: dict[Kind, int], state: str, words: str) -> None:
     run = Run(0, 1.0, "", engines=["e"], support={("e", DISTANCE, "Box–Box"): SupportNote("native", "")})
     run.counts.update({("e", DISTANCE, "Box–Box", "generic", kind): n for kind, n in verdicts.items()})
-    box_box = next(row for row in tables.matrices(run, {})[0].rows if row[0].text == "Box–Box")
+    box_box = next(row for row in matrix.matrices(run, {})[0].rows if row[0].text == "Box–Box")
     assert (box_box[1].state, box_box[1].text) == (state, words)
 
 
 def test_audits_of_the_reference_are_no_answers_of_an_engine(run: Run) -> None:
     assert tables.engines(run) == ["fcl", "bullet"]
-    assert tables.audit(run) == Counter({Kind.AGREES: 75})
+    assert tables.audit(run) == Counter({Kind.AGREES: 3 * len(refimpl.table())})
     assert tables.summary(run).rows[-1][0] == tables.Entry("refimpl", "audited")
 
 
@@ -103,8 +148,8 @@ def test_audits_of_the_reference_are_no_answers_of_an_engine(run: Run) -> None:
 def test_headline_names_what_each_engine_did(run: Run) -> None:
     said = findings.headline(run).replace(text.THIN, "")
     assert re.search(r"fcl is wrong in 1071 of \d+ scenes and did not return on 2 scenes", said)
-    assert re.search(r"bullet is wrong in 1243 of \d+ scenes and crashed on 4 scenes", said)
-    assert said.endswith("8 buckets, 7 new.")
+    assert re.search(r"bullet is wrong in 1245 of \d+ scenes and crashed on 4 scenes", said)
+    assert said.endswith("9 buckets, 8 new.")
 
 
 def test_headline_of_a_wrong_reference_says_nothing_else() -> None:
@@ -113,23 +158,95 @@ def test_headline_of_a_wrong_reference_says_nothing_else() -> None:
     assert findings.headline(run).startswith("The reference itself was proven wrong")
 
 
+VECTOR = (1.0, 0.0, Fraction(1, 3))
+WEIGHTS = ((7, 1.0), (2, Fraction(1, 3)))
+LEAF = checker.Separated(VECTOR)
+TREE = checker.Split(0, (0,), (LEAF, checker.Split(1, (1,), (LEAF, LEAF))))
+PIECE = checker.Piece((VECTOR,) * 4, TREE, 0.5)
+CLAIMS = [
+    (LEAF, "Planes with normal (1.0, 0.0, 1/3)"),
+    (checker.Separated(VECTOR, None, (((0, 1.0),), ())), "Shares of a polytope's own planes"),
+    (checker.Separated(VECTOR, 2.0), "Up to t = 2.0"),
+    (checker.Escape(VECTOR), "Moving B along (1.0, 0.0, 1/3)"),
+    (checker.Near(VECTOR, VECTOR), "(1.0, 0.0, 1/3) lies in A"),
+    (checker.Near(WEIGHTS, ((3, 1.0),)), "A mean of vertices 2 and 7 lies in A and vertex 3 in B"),
+    (checker.Common(VECTOR), "(1.0, 0.0, 1/3) lies in both"),
+    (checker.Common(None, 1.5), "At t = 1.5 the ray is inside"),
+    (checker.Common(WEIGHTS, 1.5), "inside the solid, at a mean of vertices 2 and 7"),
+    (checker.Core(((VECTOR, VECTOR),)), "nearer than the radii reach"),
+    (checker.Core(((VECTOR, VECTOR),), ((0, 0, 0),)), "span 1 triangle around a ball"),
+    (checker.Core(((VECTOR, VECTOR),), ((0, 0, 0),), directions=True), "go on for ever"),
+    (checker.Inscribed(VECTOR, (VECTOR,) * 3, VECTOR, (VECTOR,) * 3, 0.25, (1, 1, 1)), "ball of radius 0.25"),
+    (checker.Cover(TREE), "Planes across 3 directions part all convex parts"),
+    (checker.Cover(TREE, shift=VECTOR), "Once B is moved by (1.0, 0.0, 1/3)"),
+    (checker.Cover(TREE, until=2.5), "Up to t = 2.5"),
+    (checker.Part(3, None, checker.Near(VECTOR, VECTOR)), "A's part 3 and B"),
+    (checker.Part((4, PIECE), 1, checker.Common(VECTOR)), "The hull of 4 points, widened by 0.5 in A's part 4"),
+]
+
+
 def test_every_claim_has_words() -> None:
-    vector = (1.0, 0.0, Fraction(1, 3))
-    claims = [
-        checker.Separated(vector),
-        checker.Separated(vector, 2.0),
-        checker.Escape(vector),
-        checker.Near(vector, vector),
-        checker.Common(vector),
-        checker.Common(None, 1.5),
-        checker.Core(((vector, vector),)),
-        checker.Core(((vector, vector),), ((0, 0, 0),)),
-        checker.Core(((vector, vector),), ((0, 0, 0),), directions=True),
-    ]
-    assert {type(claim) for claim in claims} == set(get_args(checker.Claim))
-    said = [findings.claim_in_words(claim) for claim in claims]
+    simple, *others = get_args(checker.Claim), *get_args(claims.Simple)
+    assert {type(claim) for claim, _ in CLAIMS} == {*simple, *others}
+    said = [proofs.claim_in_words(claim) for claim, _ in CLAIMS]
     assert len(set(said)) == len(said)
-    assert all("(1.0, 0.0, 1/3)" in words for words in said[:5])
+    for words, (_, named) in zip(said, CLAIMS, strict=True):
+        assert named in words
+        assert words[0].isupper() or words[0] == "("
+        assert words.endswith(".")
+
+
+def test_direction_of_long_numbers_is_told_rounded() -> None:
+    said = proofs.claim_in_words(checker.Escape((3 * 10**400, -4 * 10**400, Fraction(1, 10**400))))
+    assert "about (0.6, -0.8, 0)" in said
+
+
+def test_long_certificates_are_not_printed(run: Run) -> None:
+    many = Certificate((checker.Cover(checker.Split(0, (0,), (LEAF, LEAF))),) * 200, 0.0, 1.0)
+    view = proofs.proof_view(many, "", 7)
+    assert not view.whole
+    assert len(view.claims) == proofs.MOST_CLAIMS + 1
+    assert "bucket 7" in view.data
+    assert all(view.proof is None or view.proof.whole for view in findings.bucket_views(run))
+
+
+# -- shapes --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", [BALL, A_BOX, WEDGE])
+def test_short_shapes_are_shown_whole(shape: refimpl.Proxy) -> None:
+    said = shapes.in_words(shape)
+    assert shapes.is_whole(shape)
+    rebuilt = eval(said, vars(refimpl))
+    assert (rebuilt.pack() == shape.pack()).all()
+
+
+def test_shape_of_many_numbers_is_named_by_size_and_digest(run: Run, page: Page, notes: str) -> None:
+    said = shapes.in_words(STONE)
+    assert len(said) < 200
+    assert re.search(r"vertices=<120 × 3 numbers, sha256 [0-9a-f]{12}>, position=\[0.0, 0.0, 0.0\]", said)
+    assert said == shapes.in_words(STONE.translated([0.0, 0.0, 0.0]))
+    other = ConvexPolyhedron.from_vertices(STONE.vertices * 1.5)
+    assert shapes.in_words(other) != said
+    assert re.search(r"Composite\(\[.*sha256.*, Sphere\(", shapes.in_words(Composite([STONE, BALL])))
+    assert not shapes.is_whole(STONE)
+    for words in (page.words, notes):
+        assert said in words
+        assert repr(float(STONE.vertices[60, 0])) not in words
+    data = summary.run_data(run)["buckets"][-1]["scene"]["a"]["numbers"]
+    assert data == STONE.pack().tolist()
+
+
+def test_reasons_name_the_pairs_that_share_them(run: Run) -> None:
+    run = Run(0, 1.0, "", engines=["e"])
+    for query in (DISTANCE, BOOLEAN):
+        for pair in ("Sphere–KDOP", "KDOP–KDOP", "KDOP–Box"):
+            run.support["e", query, pair] = SupportNote("emulated", "as a hull")
+    (row,) = matrix.support_notes(run).rows
+    assert row[-1].text == "distance, boolean: KDOP with Sphere, KDOP, Box"
+
+
+# -- proofs on others ----------------------------------------------------------------------------------------
 
 
 def test_proof_on_other_proxies_is_shown_with_them(run: Run, page: Page, notes: str) -> None:
@@ -162,7 +279,7 @@ def test_page_needs_no_network_and_no_script(run: Run, page: Page) -> None:
 
 def test_page_is_made_of_proper_tables(run: Run, page: Page) -> None:
     assert page.tags["caption"] == page.tags["table"] > 5
-    assert set(page.values("scope")) == {"row", "col", "colgroup"}
+    assert set(page.values("scope")) == {"row", "col", "rowgroup", "colgroup"}
     assert page.tags["h1"] == 1
 
 
@@ -185,15 +302,15 @@ def test_every_bucket_is_told_in_full(run: Run, page: Page, notes: str, form: st
         for answer in (its.witness.answer, its.witness.reference):
             assert all(text.full(value) in said for name, value in answer.items() if name != "hit")
         if verdict.certificate is not None:
-            assert all(findings.claim_in_words(claim) in said for claim in verdict.certificate.claims)
+            assert all(proofs.claim_in_words(claim) in said for claim in verdict.certificate.claims)
         assert all(line in said for line in its.repro.splitlines())
 
 
 @pytest.mark.parametrize("form", ["html", "markdown"])
 def test_both_forms_have_all_rows(run: Run, page: Page, notes: str, form: str) -> None:
     said = page.words if form == "html" else notes.replace("\\", "")
-    everything = [tables.summary(run), *tables.matrices(run, {}), tables.regime_table(run), tables.coverage(run)]
-    for table in (*everything, tables.support_notes(run), tables.timing(run)):
+    everything = [tables.summary(run), *matrix.matrices(run, {}), tables.regime_table(run), tables.coverage(run)]
+    for table in (*everything, *matrix.overviews(run), matrix.support_notes(run), tables.timing(run)):
         for row in table.rows:
             assert all(entry.text in said for entry in row)
 

@@ -7,6 +7,7 @@ Spheres and capsules are points and segments, widened afterwards. The search its
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -54,6 +55,8 @@ class Polytopes:
 
     def alone(self) -> Polytopes:
         """Give the same without the geometries that none of the batch has."""
+        if len(self.geometry) == 1:
+            return self
         used, which = np.unique(self.which, return_inverse=True)
         return Polytopes(self.geometry[used], which, self.pose)
 
@@ -117,26 +120,26 @@ def _rows_of(table: Hull) -> tuple[Array, Array]:
 def polytopes(x: Proxy) -> Polytopes:
     """Rows of a batch of proxies; of spheres and capsules the centres and the axes."""
     count = len(x)
-    origin, matrix, exponent = x.reference_point, np.broadcast_to(STILL, (count, 3, 3)), np.zeros(count, dtype=np.int64)
-    which = np.arange(count)
-    match x:
-        case Point() | Sphere():
-            geometry, which = POINT, np.zeros(count, dtype=np.int64)
-        case Capsule():
-            geometry = _segments(x.p - origin, x.q - origin)
-        case AABB():
-            geometry = _boxes(x.lower - origin, x.upper - origin)
-        case Box():
-            geometry = _boxes(-x.half_extents, x.half_extents)
+    matrix, exponent, which = np.broadcast_to(STILL, (count, 3, 3)), np.zeros(count, dtype=np.int64), np.arange(count)
+    if isinstance(x, (KDOP, ConvexPolyhedron)):
+        derived = x.derived()
+        which, exponent = derived.which, derived.exponent
+        geometry, middles = _rows_of(derived.table)
+        origin = np.ldexp(middles[which], exponent[:, None])
+        if isinstance(x, ConvexPolyhedron):
             matrix = rotation_matrix(x.rotation)
-        case KDOP() | ConvexPolyhedron():
-            derived = x.derived()
-            which, exponent = derived.which, derived.exponent
-            geometry, middles = _rows_of(derived.table)
-            origin = np.ldexp(middles[which], exponent[:, None])
-            if isinstance(x, ConvexPolyhedron):
-                matrix = rotation_matrix(x.rotation)
-                origin = x.position + apply(matrix, origin)
+            origin = x.position + apply(matrix, origin)
+    else:
+        origin = x.reference_point
+        match x:
+            case Point() | Sphere():
+                geometry, which = POINT, np.zeros(count, dtype=np.int64)
+            case Capsule():
+                geometry = _segments(x.p - origin, x.q - origin)
+            case AABB():
+                geometry = _boxes(x.lower - origin, x.upper - origin)
+            case Box():
+                geometry, matrix = _boxes(-x.half_extents, x.half_extents), rotation_matrix(x.rotation)
     pose = np.concatenate([origin, matrix.reshape(count, 9), np.ldexp(1.0, exponent)[:, None]], axis=1)
     return Polytopes(geometry, np.ascontiguousarray(which), pose)
 
@@ -148,6 +151,7 @@ def _segments(p: Array, q: Array) -> Array:
     return np.concatenate([sizes, p, q, link, unit_or(q - p, STILL[0])[0], np.zeros((len(p), 1))], axis=1)
 
 
+@cache
 def _template() -> tuple[Array, Indices, Indices]:
     """Row of the box from −1 to 1, and where its vertices and its faces' offsets are."""
     row = geometry_rows(hull_of_box(-np.ones((1, 3)), np.ones((1, 3))))[0]

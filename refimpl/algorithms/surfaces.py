@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from refimpl.algorithms.nearest import nearest_on_segment
-from refimpl.boxtree import BoxTree, near_pairs
 from refimpl.linear import Array, Bools, cross, dot, norm, scale, unit_or
 from refimpl.meshes import winding_numbers
 from refimpl.solids import Solid
@@ -88,8 +87,8 @@ def _all_faces(solid: Solid, points: Array) -> tuple[Array, Array, Array]:
 
 
 def point_surface(solid: Solid, p: Array) -> tuple[float, Array, Array]:
-    """Signed distance of one point from a solid, by the tree of its faces; see `points_surface`."""
-    faces, _, bounds = near_pairs(solid.surface, BoxTree(p[None], p[None]), STILL, np.zeros(3), np.inf)
+    """Signed distance of one point from a solid, by the boxes of its faces; see `points_surface`."""
+    faces, bounds = solid.surface.nearest_to(p)
     gap, foot, face, start = np.inf, p, 0, 0
     while start < len(faces) and bounds[start] <= gap:
         some = faces[start : start + BATCH]
@@ -99,14 +98,28 @@ def point_surface(solid: Solid, p: Array) -> tuple[float, Array, Array]:
         if gaps[i] < gap:
             gap, foot, face = float(gaps[i]), feet[i], int(some[i])
         start += BATCH
-    inside = winding_numbers(solid.corners, p[None], solid.face_bounds) > 0
-    signed, _, normal = _signed(p[None], np.array([gap]), foot[None], inside, solid.corners[face][None])
-    return float(signed[0]), foot, normal[0]
+    corners = solid.corners[face][None]
+    _, _, normal = _signed(p[None], np.array([gap]), foot[None], np.zeros(1, dtype=bool), corners)
+    inside = gap > 0 and float(dot(normal[0], p - foot)) < 0  # over a face: behind it, for nothing lies between
+    if not (inside or _faces_away(normal, corners)):
+        inside = bool(winding_numbers(solid.corners, p[None], solid.face_bounds)[0] > 0)
+        _, _, normal = _signed(p[None], np.array([gap]), foot[None], np.array([inside]), corners)
+    return (-gap if inside else gap), foot, normal[0]
+
+
+def _faces_away(normal: Array, corners: Array) -> bool:
+    """Whether a normal is its face's own."""
+    return bool(np.all(normal == _outward(corners)))
 
 
 def _signed(p: Array, gap: Array, foot: Array, inside: Bools, corners: Array) -> tuple[Array, Array, Array]:
     """Signed distances, feet, and outward normals."""
-    outward = unit_or(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), STILL[2])[0]
+    outward = _outward(corners)
     away, _ = unit_or(np.where(inside[:, None], foot - p, p - foot), outward)
     over = (np.abs(dot(away, outward)) > 1 - 1e-8) | (gap == 0)  # over a face: its own normal has fewer roundings
     return np.where(inside, -gap, gap), foot, np.where(over[:, None], outward, away)
+
+
+def _outward(corners: Array) -> Array:
+    """Unit normals of faces."""
+    return unit_or(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), STILL[2])[0]

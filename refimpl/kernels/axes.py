@@ -121,16 +121,18 @@ def _promise(geometry: Row, at: int, body: Row, other: Row) -> float:
 def promising_edges(geometry: Row, pose: Row, body: Row, other: Row, gap: float, span: float, found: Scratch) -> int:
     """List the edges over whose arcs the gap may exceed `gap`; gives how many.
 
-    No two points of the two polytopes are farther apart than `span`. So the gap grows by less than that times the
-    turn from either end of an arc, which dismisses most edges of a large polytope.
+    A vertex that both faces see bounds the gap over all the arc by the gaps that it leaves at its ends. And no two
+    points of the two polytopes are farther apart than `span`: so the gap grows by less than that times the turn from
+    either end. This dismisses most edges of a large polytope.
     """
     start, faces, count = first_edge(geometry), first_face(body), 0
     for at in range(start, start + EDGE * int(geometry[N_EDGES]), EDGE):
         if geometry[at + LEFT] >= 0.0:
-            left, right = int(geometry[at + LEFT]), int(geometry[at + RIGHT])
-            ends = body[faces + FACE * left + GAP] + body[faces + FACE * right + GAP]
-            most = ends + span * geometry[at + CHORD]
-            if most <= 2.0 * gap and most <= 0.0:
+            left, right = faces + FACE * int(geometry[at + LEFT]), faces + FACE * int(geometry[at + RIGHT])
+            most = max(body[left + GAP], body[right + GAP])
+            if body[left + SEEN] != body[right + SEEN]:
+                most = (body[left + GAP] + body[right + GAP] + span * geometry[at + CHORD]) / 2.0
+            if most <= gap and most <= 0.0:
                 continue
         if _promise(geometry, at, body, other) > gap:
             to = LISTED * count

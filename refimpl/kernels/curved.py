@@ -64,7 +64,7 @@ def corner(simplex: Simplex, count: int, start: int) -> Points:
 @kernel
 def sharpened(a: Row, b: Row, gap: float, n: Vector, simplex: Simplex, count: int, fine: float) -> tuple[float, Vector]:
     """Improve a direction by the features at a simplex's corners; it stays where that does not help."""
-    there, m, _, _ = polish(a, b, corner(simplex, count, ON_A), corner(simplex, count, ON_B), n)
+    there, m, _, _, _ = polish(a, b, corner(simplex, count, ON_A), corner(simplex, count, ON_B), n)
     return (there, m) if there >= gap - fine else (gap, n)
 
 
@@ -113,9 +113,10 @@ def general(
     found, sigma, n, x, y = apart(a, b, inset_a, inset_b, size, simplex, face_a, face_b)
     if not found:
         sigma, n = deepest(a, b, inset_a, inset_b, sigma, n, points, planes, facets, scratch)
-        sharp, m, _, _ = polish(a, b, points_of_face(a, n, NEAR * size), points_of_face(b, opposite(n), NEAR * size), n)
-        if sharp > sigma:
-            sigma, n = sharp, m
+        faces = points_of_face(a, n, NEAR * size), points_of_face(b, opposite(n), NEAR * size)
+        sharp = polish(a, b, faces[0], faces[1], n)
+        if sharp[0] > sigma:
+            sigma, n = sharp[0], sharp[1]
         sigma, n, x, y, misfit = settled(a, b, sigma, n, size, simplex, face_a, face_b)
         if misfit > DOUBTFUL * size:
             # nearly equal features were too much for the shortcuts: once more, by support points only

@@ -29,8 +29,9 @@ from .gjk import store
 from .vectors import Vector, along, dot, minus, opposite
 
 EPS = 2.0**-52
-PATIENCE = 6
-"""How many facets in a row are finished in vain before the search ends: on a circle of equal minima all would be."""
+MANY = 128
+"""Points at which the search ends: 4 for a facet that leads to a minimum equal to the best one, as on a circle or a
+sphere of them, 1 where that is not quite sure to be the facet's own."""
 FINE = 16.0 * EPS
 """What is rounding, relative to the difference's size."""
 COARSE = 1e-2
@@ -81,11 +82,13 @@ def finished(
     -------
     gap, direction, rest, beside, closed
         As `polish` gives them; whether the facet lies along the tangent plane found, so that this is its own; and
-        whether it is done with, because the gap is a local maximum between smooth features there.
+        whether it is done with, because the same features lead uphill from it, or from beside it, to a local maximum.
     """
-    gap, m, doubt, rest = polish(a, b, corners(points, facets, f, 3), corners(points, facets, f, 6), n)
+    x, y = corners(points, facets, f, 3), corners(points, facets, f, 6)
+    gap, m, doubt, rest, began = polish(a, b, x, y, n)
+    fine = FINE * size
     beside = is_tangent(points, facets, f, m, gap + inset + 4.0 * COARSE * size)
-    return gap, m, rest, beside, beside and doubt <= FINE * size and rest <= 1e-6 * size
+    return gap, m, rest, beside, (beside or began <= fine) and doubt <= fine and rest <= 1e-6 * size
 
 
 @kernel
@@ -115,8 +118,8 @@ def deepest(
         return better_along(a, b, opposite(normal), best, direction)
     slack, fine = 4.0 * EPS * size, FINE * size
     used = insert_all(points, planes, facets, scratch, 4, known, 4, slack)
-    idle = 0
-    while idle < PATIENCE:
+    ties = 0
+    while ties < MANY:
         f = highest(planes, facets, used)
         if f < 0 or planes[4 * f + 3] - inset <= best + fine or known >= MOST_POINTS - 4:
             break
@@ -128,7 +131,8 @@ def deepest(
         done = level - there <= slack
         if not done and level - there <= COARSE * size:
             gap, m, rest, beside, done = finished(a, b, inset, points, facets, f, m, size)
-            idle = 0 if gap > best + fine else idle + 1
+            if abs(gap - best) <= fine:
+                ties += 4 if done else 1
             if gap > best + fine or (gap >= best - fine and rest < best_rest):
                 best, direction, best_rest = gap, m, rest
             if beside and not done:

@@ -15,6 +15,7 @@ from .newton import ZERO, Feature, climb, gap_of
 from .vectors import Vector, along, cross, dot, length, minus, opposite, times, unit_or, without
 
 Points = tuple[Vector, Vector, Vector]
+Polished = tuple[float, Vector, float, float, float]
 NEARLY_PARALLEL = 1e-4
 """Squared sine of the angle between two edges below which they may meet at an end, not where they cross."""
 
@@ -146,20 +147,22 @@ def along_edges(rest: Vector, e: Vector, f: Vector, n: Vector) -> Vector:
 
 
 @kernel
-def attempt(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vector, float, float]:
+def attempt(a: Row, b: Row, x: Points, y: Points, n: Vector) -> Polished:
     """Give what `polish` does, for the features exactly as three support points of each body show them."""
     (f, normal_f), (g, normal_g) = feature(a, x), feature(b, y)
     found, promised = guess(f, normal_f, g, normal_g, n)
     gap = gap_along(a, b, found)
-    rest = math.inf
+    began, rest = math.inf, math.inf
     if dot(normal_f, normal_f) == 0.0 and dot(normal_g, normal_g) == 0.0:
         offset = minus(moved(b, y[0], opposite(found)), moved(a, x[0], found))
         rest = length(along_edges(along(offset, -gap, found), f[5], g[5], found))
-    return gap, found, promised - gap, rest
+        start = unit_or(without(without(n, f[5]), g[5]), n)
+        began = gap_of(f, g, start) - gap_along(a, b, start)
+    return gap, found, promised - gap, rest, began
 
 
 @kernel
-def polish(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vector, float, float]:
+def polish(a: Row, b: Row, x: Points, y: Points, n: Vector) -> Polished:
     """Improve a direction by the features at which support points of both bodies lie.
 
     Tried as well: the caps of cylinders; and of two nearly parallel edges, only one with an end of the other.
@@ -175,10 +178,11 @@ def polish(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vect
 
     Returns
     -------
-    gap, direction, doubt, rest
+    gap, direction, doubt, rest, began
         The gap g(n) along the direction that follows, and the direction; how much more the features promise: 0 up
-        to rounding where they were guessed rightly; and how far they are from having points gap·n apart, which
-        makes the gap a local maximum: infinite where that was not found out.
+        to rounding where they were guessed rightly; how far they are from having points gap·n apart, which makes
+        the gap a local maximum; and how much more they promise where the way uphill began. The last two are infinite
+        where they were not found out.
     """
     best = attempt(a, b, x, y, n)
     for row in (a, b):
@@ -187,7 +191,7 @@ def polish(a: Row, b: Row, x: Points, y: Points, n: Vector) -> tuple[float, Vect
             cap = times(-1.0 if dot(axis, n) < 0.0 else 1.0, axis)
             there = gap_along(a, b, cap)
             if there > best[0]:
-                best = (there, cap, 0.0, math.inf)
+                best = (there, cap, 0.0, math.inf, math.inf)
     e, f = feature(a, x)[0][5], feature(b, y)[0][5]
     sine = cross(unit_or(e, ZERO), unit_or(f, ZERO))
     if dot(e, e) > 0.0 and dot(f, f) > 0.0 and dot(sine, sine) < NEARLY_PARALLEL:

@@ -203,10 +203,11 @@ def settled(
     start = n
     slack = 1e-4 * size
     while misfit > 32.0 * EPS * size and slack > EPS * size:
-        gap, m, _, _ = polish(a, b, points_of_face(a, start, slack), points_of_face(b, opposite(start), slack), start)
+        p, q = points_of_face(a, start, slack), points_of_face(b, opposite(start), slack)
+        gap, m, _, _, _ = polish(a, b, p, q, start)
         if gap >= sigma - 16.0 * EPS * size:
-            p, q, rest = witnesses(a, b, gap, m, size, simplex, face_a, face_b)
+            u, v, rest = witnesses(a, b, gap, m, size, simplex, face_a, face_b)
             if rest < misfit or gap > sigma + 16.0 * EPS * size:
-                sigma, n, x, y, misfit = gap, m, p, q, rest
+                sigma, n, x, y, misfit = gap, m, u, v, rest
         slack *= 0.1
     return sigma, n, x, y, misfit

@@ -14,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refimpl.linear import rotation_matrix
-from refimpl.proof.bodies import Body, Corners, Curved, Planes, body
+from refimpl.proof.bodies import Body, Corners, Curved
 from refimpl.proof.claims import Separated, Shares, Split, Tree
 from refimpl.proof.convex import exact_nearest, plain
+from refimpl.proof.planes import Planes
 from refimpl.proof.points import Vector, along, exact, opposite
 from refimpl.proof.search import Grid, nearest
+from refimpl.proof.solids import body
 from refimpl.shapes import Composite, ConvexPolyhedron, HalfSpace, Polyhedron, Proxy
 
 Floats = NDArray[np.float64]

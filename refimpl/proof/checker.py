@@ -1,11 +1,11 @@
 """Check what a certificate claims about two proxies, in exact arithmetic.
 
-This file and those it imports, `rational`, `sets`, `claims`, `bounds` and `unions`, are all of the project that has to
-be believed. They need nothing but the standard library, take every number as the exact rational that it is, and
-return only bounds that they have computed themselves.
+This file and those it imports, `rational`, `sets`, `reading`, `claims`, `bounds` and `unions`, are all of the project
+that has to be believed. They need nothing but the standard library, take every number as the exact rational that it
+is, and return only bounds that they have computed themselves.
 
-What a convex proxy is, `sets` says: a core, with its support function h(n) and a test for its points, widened by
-a ball of radius r. With A ⊖ B = {a − b}, the signed distance σ(A, B) is the distance of 0 from A ⊖ B, or, when 0
+What a convex proxy is, `sets` and `reading` say: a core, with its support function h(n) and a test for its points,
+widened by a ball of radius r. With A ⊖ B = {a − b}, the signed distance σ(A, B) is the distance of 0 from A ⊖ B, or, when 0
 lies inside, minus its distance from the boundary. The support function of A ⊖ B is h_A(n) + h_B(−n), and widening
 the cores by balls lowers σ by the sum of the radii: σ(A, B) = σ(core A, core B) − r_A − r_B. For a `Ray` the
 bounds are on the time when it first hits, ∞ for a miss; a ray up to time t is a segment. Unions, which are not convex,
@@ -38,7 +38,7 @@ from refimpl.proof.claims import (
     Weights,
 )
 from refimpl.proof.rational import InvalidCertificate, items
-from refimpl.proof.sets import read
+from refimpl.proof.reading import read
 from refimpl.proof.unions import UNIONS, union_bounds
 
 __all__ = [

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from refimpl.proof.bodies import Body, Corners, Mix, Vertices, body
+from refimpl.proof.bodies import Body, Corners, Mix, Vertices
 from refimpl.proof.bounds import bounds_of
 from refimpl.proof.claims import Bound, Claim, Common, Core, Escape, Near, Place, Separated
 from refimpl.proof.exact import Difference, Features, pyramid
@@ -15,8 +15,9 @@ from refimpl.proof.exact import nearest as exactly_nearest
 from refimpl.proof.inscribed import inscribed
 from refimpl.proof.points import Vector, along, cross, dot, doubles, exact, minus, opposite, root
 from refimpl.proof.rational import InvalidCertificate
+from refimpl.proof.reading import read
 from refimpl.proof.search import MANY, VERTICES, Grid, Meeting, deepest, nearest
-from refimpl.proof.sets import read
+from refimpl.proof.solids import body
 from refimpl.shapes import HalfSpace, Proxy, UnsupportedOperation
 
 ENOUGH = Fraction(1, 1 << 47)  # of the scene; proposals stop when the interval is as narrow as this

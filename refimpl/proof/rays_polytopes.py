@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations
 
-from refimpl.proof.bodies import Corners, Planes
+from refimpl.proof.bodies import Corners
 from refimpl.proof.convex import exact_nearest
+from refimpl.proof.planes import Planes
 from refimpl.proof.points import AXES, ZERO, Vector, along, cross, dot, minus, opposite
 from refimpl.proof.rays import Hit, Miss, moment
 

@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 
 from refimpl.proof import rays_curved, rays_polytopes
-from refimpl.proof.bodies import Corners, Planes, Vertices, body, exactly
+from refimpl.proof.bodies import Corners, Vertices, exactly
 from refimpl.proof.checker import check
 from refimpl.proof.claims import Bound, Certificate, Claim, Common, Place, Separated, Weights
 from refimpl.proof.convex import exact_nearest
+from refimpl.proof.planes import Planes
 from refimpl.proof.points import Vector, along, doubles, exact, opposite, rationals, round_down, round_up
 from refimpl.proof.rational import InvalidCertificate, Number
 from refimpl.proof.rays import Hit, Miss, cast
+from refimpl.proof.solids import body
 from refimpl.shapes import AABB, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Point, Proxy, Ray, Sphere
 
 SIMPLE = Point | Sphere | Capsule | HalfSpace | AABB | Box

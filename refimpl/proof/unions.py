@@ -31,7 +31,8 @@ from refimpl.proof.rational import (
     vector,
     whole,
 )
-from refimpl.proof.sets import Fields, Hull, Line, Round, Solid, placed, read
+from refimpl.proof.reading import Fields, placed, read
+from refimpl.proof.sets import Hull, Line, Round, Solid
 
 UNIONS = ("Composite", "Polyhedron")
 DEPTH = 400  # of trees and of composites in composites
@@ -143,7 +144,7 @@ def _mesh(shape: Any) -> Mesh:
         i, j, k = row
         triangles.append((i, j, k))
         edges.update([(i, j), (j, k), (k, i)])
-    if any(edges[i, j] != edges[j, i] for i, j in list(edges)):
+    if not edges or any(edges[i, j] != edges[j, i] for i, j in list(edges)):
         raise InvalidCertificate("Polyhedron.triangles: the surface is not closed")
     return Mesh(vertices, triangles)
 
@@ -154,6 +155,8 @@ def _parts(shape: Any, depth: int = 0) -> list[Solid | Mesh]:
             if depth > DEPTH:
                 raise InvalidCertificate("Composite: nested too deeply")
             parts = items(getattr(shape, "parts", None), "Composite.parts")
+            if not parts:
+                raise InvalidCertificate("Composite.parts: none")
             return [found for part in parts for found in _parts(part, depth + 1)]
         case "Polyhedron":
             return [_mesh(shape)]
@@ -194,7 +197,7 @@ def _apart(tree: Any, a: Atoms, b: Atoms, leaf: Leaf, depth: int = 0) -> Bound:
         return leaf(tree, a, b) if a and b else math.inf
     if not isinstance(tree, Split) or depth > DEPTH:
         raise InvalidCertificate("tree: neither parted nor separated, or too deep")
-    side, first = index(tree.side, "side", 2), set(items(tree.first, "first"))
+    side, first = index(tree.side, "side", 2), {index(i, "first", MAX_ITEMS) for i in items(tree.first, "first")}
     one, other = items(tree.branches, "branches", 2)
     chosen = [atom for atom in (a, b)[side] if atom[0] in first]
     others = [atom for atom in (a, b)[side] if atom[0] not in first]
@@ -277,7 +280,7 @@ def _bounds(claim: Claim, a: Union, b: Union) -> tuple[Bound, Bound]:
         raise InvalidCertificate(f"{type(claim).__name__}: not a claim about unions of solids")
     shift = vector(claim.shift, "shift")
     least = _apart(claim.tree, list(enumerate(a.atoms)), list(enumerate(b.atoms)), _distance(shift))
-    if least < 0 or (least == 0 and (a.meshes or b.meshes)):
+    if least <= 0:  # not even touching: a flat part between two others touches both, and is inside their union
         raise InvalidCertificate("tree: the planes do not leave a gap")
     of_a, of_b = items(claim.places, "places", 2)
     back = [-c for c in shift]
