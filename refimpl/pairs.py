@@ -54,6 +54,8 @@ class Rule:
         A cheaper test for `intersect`, where there is one.
     bounds
         The signed distance, and a length below which no translation separates; where that is not the depth itself.
+    symmetric
+        Of two proxies of one type: whether the function itself answers both orders alike, to the last bit.
     """
 
     function: Callable[[Any, Any], Any]
@@ -61,6 +63,7 @@ class Rule:
     algorithm: str
     meets: Callable[[Any, Any], Bools] | None = None
     bounds: Callable[[Any, Any], tuple[Separation, Array]] | None = None
+    symmetric: bool = False
 
 
 SOLIDS: tuple[type[Proxy], ...] = (
@@ -104,7 +107,7 @@ TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (Sphere, ConvexPolyhedron):       Rule(polytopes.sphere_convexpolyhedron, FINITE, "closest features; nearest face inside"),
     (Sphere, Polyhedron):             Rule(unions.union_pair, FINITE, "nearest triangle; winding number", unions.unions_meet, unions.overlap_bounds),
     (Sphere, Composite):              Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
-    (Capsule, Capsule):               Rule(rounds.capsule_capsule, CLOSED, "closest points of two segments"),
+    (Capsule, Capsule):               Rule(rounds.capsule_capsule, CLOSED, "closest points of two segments", symmetric=True),
     (Capsule, HalfSpace):             Rule(halfspaces.capsule_halfspace, CLOSED, "height of the lower end"),
     (Capsule, AABB):                  Rule(boxes.capsule_aabb, FINITE, "segment and box: closest features, 6 axes"),
     (Capsule, Box):                   Rule(boxes.capsule_box, FINITE, "segment and box: closest features, 6 axes"),
@@ -131,7 +134,7 @@ TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (AABB, ConvexPolyhedron):         Rule(polytopes.aabb_convexpolyhedron, FINITE, "closest features; separating axes"),
     (AABB, Polyhedron):               Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (AABB, Composite):                Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
-    (Box, Box):                       Rule(boxes.box_box, FINITE, "closest features, 15 separating axes", boxes.box_meets_box),
+    (Box, Box):                       Rule(boxes.box_box, FINITE, "closest features, 15 separating axes", boxes.box_meets_box, symmetric=True),
     (Box, KDOP):                      Rule(polytopes.box_kdop, FINITE, "closest features; separating axes"),
     (Box, Ellipsoid):                 Rule(curved.box_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Box, Cylinder):                  Rule(curved.box_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),

@@ -233,7 +233,7 @@ def _chunks(x: P, y: Proxy) -> Iterator[tuple[P, Proxy, Array]]:
 
 def _ordered(rule: Rule, x: Proxy, y: Proxy) -> Columns:
     """Apply a rule; two proxies of one type are first put in a canonical order, so that both orders agree."""
-    if type(x) is not type(y):
+    if type(x) is not type(y) or rule.symmetric:
         return _columns(rule, x, y)
     later = _later(x, y)
     distance, on_x, on_y, normal, least = _by_order(later, lambda u, v: _columns(rule, u, v), x, y)
