@@ -45,6 +45,9 @@ QUARTER_TURNS = np.array(
 ROUND_SIZES = (1.0, 0.5, 2.0, 1.5, 0.25)
 ROUND_PLACES = (0.0, 1.0, -1.0, 2.0, -2.0, 0.5, -0.5, 1.5, -1.5, 3.0, -3.0)
 
+ROUNDING = 1e-14
+"""Slabs that are not along an axis are wider by this part of their place: a flat body would round out of them."""
+
 KITS: tuple[tuple[type[Proxy], ...], ...] = (
     (Box, Sphere),
     (Box, Box, Capsule),
@@ -110,6 +113,7 @@ class Body:
         drawn = self.draws.uniform(0.4, 1.0, 2 * odd or 1) if drawn is None else drawn
         left[:, :, 3:] = drawn.reshape(self.draws.n, 2, -1)[:, :, :odd] if odd else 1.0
         middle = dot(directions, self.place[:, None, :])
+        wide[:, 3:] += ROUNDING * dot(np.abs(directions), np.abs(self.place[:, None, :]))[:, 3:]  # or some are empty
         return KDOP(directions, middle - left[:, 0] * wide, middle + left[:, 1] * wide)
 
     def _hull(self) -> ConvexPolyhedron:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from fractions import Fraction
 from itertools import pairwise
+from math import gcd
 from typing import NamedTuple
 
 import numpy as np
@@ -289,16 +290,22 @@ def _joined(space: Arrangement, cells: list[Cell]) -> list[Cell]:
     return list(alive.values())
 
 
+def _reduced(x: int, y: int, z: int, w: int) -> tuple[int, int, int, int]:
+    """The same ratios in the smallest whole numbers."""
+    shared = gcd(x, y, z, w)
+    return x // shared, y // shared, z // shared, w // shared
+
+
 def _piece(space: Arrangement, cell: Cell, exponent: int) -> Piece:
     """A cell in the mesh's own unit: grid coordinates times 2^exponent."""
     up, down = 1 << max(exponent, 0), 1 << max(-exponent, 0)
     order = sorted(cell.corners)
     number = {corner: i for i, corner in enumerate(order)}
-    corners = tuple((x * up, y * up, z * up, w * down) for x, y, z, w in (space.points[i] for i in order))
+    corners = tuple(_reduced(x * up, y * up, z * up, w * down) for x, y, z, w in (space.points[i] for i in order))
     planes = []
     for facet in cell.facets:
         a, b, c, d = (-facet.side * x for x in space.planes[facet.plane])
-        planes.append((a * down, b * down, c * down, d * up))
+        planes.append(_reduced(a * down, b * down, c * down, d * up))
     vertices = np.array([[x / w, y / w, z / w] for x, y, z, w in corners])
     loops = tuple(tuple(number[corner] for corner in facet.loop) for facet in cell.facets)
     return Piece(tuple(planes), corners, loops, vertices)

@@ -93,6 +93,8 @@ def _overview_entry(
 def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
     """Pairs by engine and query, a section for each first type; rays, which have a query of their own, come last.
 
+    Pairs that no engine was asked are left out, and counted in the caption.
+
     Parameters
     ----------
     links
@@ -100,10 +102,12 @@ def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
     """
     counts = grouped(run, "engine", "query", "pair")
     queries = queries_of_pairs()
+    known = {pair for _, _, pair in (*run.support, *counts)}
 
     def table(asked: tuple[str, ...]) -> Table:
         keys = [(engine, query) for engine in engines(run) for query in asked]
-        pairs = [pair for pair, its_queries in queries.items() if its_queries == asked]
+        every = [pair for pair, its_queries in queries.items() if its_queries == asked]
+        pairs = [pair for pair in every if pair in known]
         rows = [
             (
                 Entry(pair, anchor=anchor(pair)),
@@ -113,9 +117,14 @@ def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
         ]
         columns = (Column(query, group=text.visible(engine)) for engine, query in keys)
         sections = tuple(Counter(pair.partition("–")[0] for pair in pairs).items())
-        return Table(f"Pairs by engine: {', '.join(asked)}", (Column("pair"), *columns), tuple(rows), sections)
+        left_out = (
+            f"; {text.plural(len(every) - len(pairs), 'other pair')} not asked" if len(pairs) < len(every) else ""
+        )
+        caption = f"Pairs by engine: {', '.join(asked)}{left_out}"
+        return Table(caption, (Column("pair"), *columns), tuple(rows), sections)
 
-    return tuple(map(table, sorted(set(queries.values()), key=lambda asked: QUERIES.index(asked[0]))))
+    tables = map(table, sorted(set(queries.values()), key=lambda asked: QUERIES.index(asked[0])))
+    return tuple(table for table in tables if table.rows)
 
 
 def matrix_entry(run: Run, key: CellKey, verdicts: Counter[Kind], links: dict[CellKey, str]) -> Entry:

@@ -79,6 +79,15 @@ def test_sections_of_the_matrix_hold_their_rows(run: Run) -> None:
         assert shown == [row[0].text for row in table.rows]
 
 
+def test_pairs_that_nobody_was_asked_are_counted_and_left_out() -> None:
+    run = Run(0, 1.0, "", engines=["e"], support={("e", DISTANCE, "Box–Box"): SupportNote("native", "")})
+    (table,) = matrix.matrices(run, {})
+    assert [row[0].text for row in table.rows] == ["Box–Box"]
+    others = len({cell.pair for cell in cells() if cell.query == DISTANCE}) - 1
+    assert table.caption.endswith(f"{others} other pairs not asked")
+    assert table.sections == (("Box", 1),)
+
+
 def test_overview_is_a_triangle_of_every_pair_per_engine(run: Run) -> None:
     overviews = matrix.overviews(run)
     assert len(overviews) == len(run.engines)

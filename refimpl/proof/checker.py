@@ -5,9 +5,9 @@ that has to be believed. They need nothing but the standard library, take every 
 is, and return only bounds that they have computed themselves.
 
 What a convex proxy is, `sets` and `reading` say: a core, with its support function h(n) and a test for its points,
-widened by a ball of radius r. With A ⊖ B = {a − b}, the signed distance σ(A, B) is the distance of 0 from A ⊖ B, or, when 0
-lies inside, minus its distance from the boundary. The support function of A ⊖ B is h_A(n) + h_B(−n), and widening
-the cores by balls lowers σ by the sum of the radii: σ(A, B) = σ(core A, core B) − r_A − r_B. For a `Ray` the
+widened by a ball of radius r. With A ⊖ B = {a − b}, the signed distance σ(A, B) is the distance of 0 from A ⊖ B, or,
+when 0 lies inside, minus its distance from the boundary. The support function of A ⊖ B is h_A(n) + h_B(−n), and
+widening the cores by balls lowers σ by the sum of the radii: σ(A, B) = σ(core A, core B) − r_A − r_B. For a `Ray` the
 bounds are on the time when it first hits, ∞ for a miss; a ray up to time t is a segment. Unions, which are not convex,
 are apart when all their parts are; when they overlap, σ is minus the length of the shortest translation of B after
 which their interiors are disjoint.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 import time
-from typing import Any
 
 from rich.console import Console
 from rich.progress import track
@@ -53,11 +52,10 @@ def shown(value: float | None, form: str = "{:.1f}") -> str:
     return "–" if value is None else form.format(value)
 
 
-def pairs_table(words: list[str]) -> dict[str, dict[str, Any]]:
-    """Measure and print the pairs that a word names."""
+def pairs_table(words: list[str], write: bool) -> None:
+    """Measure and print the pairs that a word names, and keep each at once if asked to."""
     against = engines()
     table = Table("pair", "class", "alone µs", "batch µs", "FCL µs", "Bullet µs", "× FCL", "× Bullet", "asked")
-    kept: dict[str, dict[str, Any]] = {}
     chosen = [p for p in TABLE if not words or {p[0].__name__, p[1].__name__, _name(p, "-")} & set(words)]
     for pair in track(chosen, description="measuring", transient=True):
         row, exactness = measured(pair, against), TABLE[pair].exactness
@@ -73,9 +71,9 @@ def pairs_table(words: list[str]) -> dict[str, dict[str, Any]]:
             *(shown(row.get(key)) for key in ("fcl_us", "bullet_us", "fcl", "bullet")),
             "; ".join(missed) or "✓",
         )
-        kept[_name(pair, "–")] = {key: row[key] for key in ("alone_us", "batch_us", "fcl", "bullet")}
+        if write:
+            merge({_name(pair, "–"): {key: row[key] for key in ("alone_us", "batch_us", "fcl", "bullet")}})
     Console(width=150).print(table)
-    return kept
 
 
 def _name(pair: tuple[type, type], sign: str) -> str:
@@ -108,12 +106,11 @@ def meshes() -> None:
 def main(arguments: list[str]) -> None:
     """Measure everything, or what is named."""
     words = [word for word in arguments if not word.startswith("-")]
-    kept = pairs_table([word for word in words if word != "meshes"]) if words != ["meshes"] else {}
+    if words != ["meshes"]:
+        pairs_table([word for word in words if word != "meshes"], "--write" in arguments)
     if not words or "meshes" in words:
         meshes()
         print(f"import refimpl: {rates.import_seconds():.3f} s (asked: 0.3)")
-    if "--write" in arguments:
-        merge(kept)
 
 
 if __name__ == "__main__":
