@@ -5,6 +5,10 @@ pair of them, alone or in batches; `table` names the algorithm of each pair; `ce
 `proof.check` verifies the proof in exact arithmetic without believing anything else here.
 """
 
+from refimpl.bounds import aabb, bounding_sphere
+from refimpl.contacts import Contacts, contacts
+from refimpl.loading import from_trimesh, load_hulls, load_polyhedron
+from refimpl.mass import MassProperties, mass_properties
 from refimpl.pairs import table
 from refimpl.proof import certify
 from refimpl.queries import collide, distance, intersect, raycast
@@ -27,6 +31,7 @@ from refimpl.shapes import (
     Sphere,
     UnsupportedOperation,
 )
+from refimpl.supports import support, support_point
 
 __all__ = [
     "AABB",
@@ -35,10 +40,12 @@ __all__ = [
     "Capsule",
     "CollisionData",
     "Composite",
+    "Contacts",
     "ConvexPolyhedron",
     "Cylinder",
     "Ellipsoid",
     "HalfSpace",
+    "MassProperties",
     "Point",
     "Polyhedron",
     "Proxy",
@@ -48,10 +55,19 @@ __all__ = [
     "ShapeError",
     "Sphere",
     "UnsupportedOperation",
+    "aabb",
+    "bounding_sphere",
     "certify",
     "collide",
+    "contacts",
     "distance",
+    "from_trimesh",
     "intersect",
+    "load_hulls",
+    "load_polyhedron",
+    "mass_properties",
     "raycast",
+    "support",
+    "support_point",
     "table",
 ]

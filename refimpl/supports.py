@@ -116,7 +116,9 @@ def _support_cylinder(c: Cylinder, n: Array) -> Array:
     axis = unit_or(c.q - c.p, np.eye(3)[0])[0]
     way = n / _size(n)
     along = dot(way, axis)
-    outward = unit_or(way - scale(along, axis), np.zeros(3))[0]
+    outward = way
+    for _ in range(4):  # what rounding leaves of a direction along the axis may itself lie along the axis
+        outward = unit_or(outward - scale(dot(outward, axis), axis), np.zeros(3))[0]
     return np.where((along > 0)[..., None], c.q, c.p) + scale(c.radius, outward)
 
 

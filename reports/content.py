@@ -21,7 +21,7 @@ LONGEST_SCRIPT = 6000
 WORDS = (
     ("signed distance σ", "the gap when positive, 0 when touching, minus the penetration depth when negative"),
     ("depth of unions", "of a Composite or Polyhedron: the length of the shortest translation of B that separates"),
-    ("part", "of a Composite or Polyhedron: a convex part or a triangle, counted from 0, the triangles last"),
+    ("part", "a convex part or a triangle of a union, counted from 0, triangles last; a convex proxy is its part 0"),
     ("sha256", "the first digits of a digest of numbers that are too many to be shown: equal ones have equal digits"),
     ("normal", "unit vector from A to B: translating B along it separates"),
     ("proven interval", "bounds on the true value, each with a certificate that exact arithmetic has checked"),

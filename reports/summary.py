@@ -11,7 +11,8 @@ The format, `proxyproof-run-1`, is one JSON object:
 - ``buckets``, worst first: objects with ``number, key, engine, query, pair, symptom, decade, kind, severity, amount,
   worst, lower, upper, claim, count, proven, regimes, known, scene, proof_scene, answer, reference, text, certificate,
   repro``; ``repro`` is the script's path within the folder, a scene is ``query, a, b, regime, source, id`` with each
-  proxy's numbers in its constructor's order, and ``certificate`` is what `refimpl.proof.to_json` gives
+  proxy's ``type`` and ``numbers`` as its `pack` gives them: in the constructor's order, after the sizes where a type
+  has no fixed one; and ``certificate`` is what `refimpl.proof.to_json` gives
 
 Numbers are doubles that read back to the bit. JSON has none that are not finite: those are the strings "NaN",
 "Infinity" and "-Infinity". What is missing is null.

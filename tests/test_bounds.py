@@ -264,3 +264,13 @@ def test_sums_are_rounded_to_the_side_that_is_asked_for():
         low, high = float(sum_rounded(terms, -np.inf)), float(sum_rounded(terms, np.inf))
         assert Fraction(low) <= three <= Fraction(high)
         assert high - low <= 4 * np.spacing(max(abs(high), abs(low)))
+
+
+def test_support_along_a_cylinders_axis_is_right_whatever_rounding_leaves_across() -> None:
+    rng = np.random.default_rng(7)
+    p, q = rng.normal(size=(2, 500, 3))
+    cylinder, way = Cylinder(p, q, rng.uniform(0.1, 2.0, 500)), q - p
+    unit = way / np.linalg.norm(way, axis=-1)[:, None]
+    expected = np.maximum(np.sum(p * unit, axis=-1), np.sum(q * unit, axis=-1))
+    reached = np.sum(support_point(cylinder, way) * unit, axis=-1)
+    assert np.abs(reached - expected).max() < 4e-15

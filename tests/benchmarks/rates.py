@@ -17,7 +17,7 @@ from oracles.scene import CONTACTS, DISTANCE, RAYCAST
 from refimpl import Ray
 from tests.benchmarks.scenes import GEOMETRIES
 
-PATIENCE = 2.0
+PATIENCE = 1.0
 """Seconds that one measurement may take; what is slower is measured on fewer pairs."""
 REPEATS = 3
 
