@@ -39,7 +39,7 @@ from oracles.words import decade_of
 from oracles.worker import EngineWorker
 from refimpl.pairs import TABLE
 
-FIRST_PASS, LARGEST_PASS = 6, 100
+FIRST_PASS, LARGEST_PASS = 3, 100
 SEARCHED, OF_PIECES = 3, 6
 """Pairs that need a search or corners, and unions, get so many times fewer scenes than pairs with a closed form."""
 AUDITED = 4

@@ -122,12 +122,12 @@ def main(arguments: list[str]) -> None:
     words = [word for word in arguments if not word.isdigit() and not word.startswith("-")]
     table = Table("pair", "class", "scenes", "worst error / s", "in regime", "widest interval / s", "wrong", "proof ms")
     classes: dict[str, float] = {}
-    kept: dict[str, dict[str, Any]] = {}
     for pair in track(chosen(words), description="measuring", transient=True):
         worst, exactness = measure(pair, n, seed), TABLE[pair].exactness
         name = "–".join(kind.__name__ for kind in pair)
         classes[exactness] = max(classes.get(exactness, 0.0), worst.error)
-        kept[name] = {"error": worst.error} | ({} if pair[0] is Ray else {"interval": worst.interval})
+        if "--write" in arguments:
+            merge({name: {"error": worst.error} | ({} if pair[0] is Ray else {"interval": worst.interval})})
         proof = f"{np.median(worst.proof_ms):.0f}" if worst.proof_ms else ""
         width = f"{worst.interval:.1e}" + (f" ({worst.wide} > 1e-10)" if worst.wide else "")
         shown = (f"{worst.error:.1e}", worst.regime, "" if pair[0] is Ray else width, str(worst.wrong), proof)
@@ -136,8 +136,6 @@ def main(arguments: list[str]) -> None:
     for exactness, error in classes.items():
         print(f"worst error, {exactness}: {error:.2e} (allowed {1e-12 if exactness == ITERATIVE else 1e-14:.0e})")
     print(f"double precision rounds by {math.ulp(1.0) / 2:.2e}")
-    if "--write" in arguments:
-        merge(kept)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
+import refimpl
 from refimpl import compiling
 from refimpl.algorithms import curved
 from refimpl.algorithms.rows import body_rows
@@ -261,3 +262,11 @@ def test_points_and_thin_ellipsoids() -> None:
         assert abs(found.distance[i] - exact_from_ellipsoid(radii[i], y[i])) < 2e-15
         off = found.on_b[i] - found.on_a[i] - found.distance[i] * found.normal[i]
         assert np.max(np.abs(off)) < 2e-15
+
+
+@pytest.mark.parametrize("x", [(-3.0, -2.75, -1.0), (-2.5, -3.0, -1.0), (-3.0, -3.0, -0.75)])
+def test_a_point_of_the_surface_a_hair_off_two_planes_of_symmetry(x: tuple[float, float, float]) -> None:
+    turn = [6.471812626116437e-200, 1.038539135619462e-235, -2.7911651441711096e-144, -0.5276144175766938]
+    found = refimpl.distance(Point(x), Ellipsoid([-3, -3, -1], [0.5, 0.25, 0.25], turn))
+    assert abs(found.distance) < 1e-15
+    assert np.allclose(found.on_b, x, rtol=0.0, atol=1e-15)

@@ -34,6 +34,7 @@ from tests.truth import body_of, ray_interval, signed_distance
 from tests.truth.hulls import Hull, hull_of_planes, hull_of_points
 from tests.truth.polytopes import straight_distance
 from tests.truth.rationals import dot, minus, vector
+from tests.truth.unions import surrounds
 
 NEW = (KDOP, Ellipsoid, Cylinder, ConvexPolyhedron)
 BOUNDED = (Point, Sphere, Capsule, AABB, Box, *NEW)
@@ -310,3 +311,13 @@ def test_a_polyhedron_is_a_solid() -> None:
     for x in ([2.0, 1.0, -1.0], [0.3, -1.2, 0.4]):
         assert abs(signed_distance(mesh, Point(x)) - signed_distance(hull, Point(x))) < 1e-15
     assert math.isclose(float(signed_distance(mesh, HalfSpace((0, 0, 1), 3))), 2.0)
+
+
+def test_points_in_line_with_edges_are_surrounded_or_not() -> None:
+    """A cube of triangles: from points in the planes and lines of its faces and edges, and from its centre."""
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [tuple(vector(corners[i]) for i in t) for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+    outside = [(0, 0, 2), (0, 0, -1), (2, 1, 1), (-1, -1, 0), (0.5, 0, 3), (2, 2, 2), (-1, 2, -3)]
+    assert not any(surrounds(triangles, vector(p)) for p in outside)
+    assert all(surrounds(triangles, vector(p)) for p in [(0.5, 0.5, 0.5), (0.25, 0.5, 0.75), (1e-9, 1e-9, 1e-9)])

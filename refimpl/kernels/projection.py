@@ -57,13 +57,13 @@ def on_unit_sphere(a: float, b: float, c: float, y: Vector) -> Vector:
     """
     weights = ((a / c) * (y[0] / c), (b / c) * (y[1] / c), y[2] / c)
     shifts = (((a - c) / c) * ((a + c) / c), ((b - c) / c) * ((b + c) / c), 0.0)
-    start = weights[2]
-    if start == 0.0:
+    if weights[2] == 0.0:
         # in the plane of symmetry across the least radius: deep inside, the nearest point lies above or below it
         p, q = over(weights[0], shifts[0]), over(weights[1], shifts[1])
         if p * p + q * q <= 1.0:
             return (p, q, math.sqrt(1.0 - (p * p + q * q)))
-        start = max(weights[0] - shifts[0], weights[1] - shifts[1], 2.0**-1000)
+    # no term alone exceeds 1 at the root; from here on the sum of their squares stays below 3
+    start = max(weights[0] - shifts[0], weights[1] - shifts[1], weights[2], 2.0**-1000)
     u = root(weights, shifts, start)
     return (weights[0] / (u + shifts[0]), weights[1] / (u + shifts[1]), weights[2] / u)
 

@@ -123,17 +123,16 @@ def surrounds(triangles: list[tuple[Vector, Vector, Vector]], p: Vector) -> bool
 
 
 def _crossing(t: tuple[Vector, Vector, Vector], p: Vector, way: Vector) -> bool | None:
-    """Whether the ray p + s·way, s > 0, goes through a triangle; None when it meets its edge or lies in its plane."""
-    corners = [minus(c, p) for c in t]
-    sides = [_sign(dot(way, cross(corners[i], corners[(i + 1) % 3]))) for i in range(3)]
-    if 0 in sides:
-        return None
-    if len(set(sides)) > 1:
-        return False
+    """Whether the ray p + s·way, s > 0, goes through a triangle; None when it meets its edge or runs in its plane."""
     normal = cross(minus(t[1], t[0]), minus(t[2], t[0]))
-    ahead = Fraction(dot(normal, corners[0])) / dot(normal, way)
-    return ahead > 0
-
-
-def _sign(x: Any) -> int:
-    return (x > 0) - (x < 0)
+    height, speed = dot(normal, minus(t[0], p)), dot(normal, way)
+    if speed == 0:
+        return None if height == 0 else False
+    time = Fraction(height) / speed
+    if time <= 0:  # behind, or at the start, which is not on the surface
+        return False
+    x = plus(p, scaled(time, way))
+    inside = [dot(normal, cross(minus(t[(i + 1) % 3], t[i]), minus(x, t[i]))) for i in range(3)]
+    if min(inside) < 0:
+        return False
+    return None if min(inside) == 0 else True
