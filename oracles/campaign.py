@@ -32,16 +32,16 @@ from oracles.judge import Judge
 from oracles.known import KnownFaults
 from oracles.library import Library, shipped, using
 from oracles.outcome import ANSWERED, Finding, Kind, Run, SupportNote, Verdict
-from oracles.reference import UNIONS, is_quick
+from oracles.reference import is_quick
 from oracles.regimes import REGIMES, reasons
 from oracles.scene import Cell, Scene, cells
 from oracles.words import decade_of
 from oracles.worker import EngineWorker
 from refimpl.pairs import TABLE
 
-FIRST_PASS, LARGEST_PASS = 3, 100
-SEARCHED, OF_PIECES = 3, 6
-"""Pairs that need a search or corners, and unions, get so many times fewer scenes than pairs with a closed form."""
+FIRST_PASS, LARGEST_PASS = 6, 100
+SEARCHED = 6
+"""Pairs that need a search, corners or pieces get so many times fewer scenes than pairs with a closed form."""
 AUDITED = 4
 """One regime in so many is audited, where a proof is no closed form."""
 GIVE_UP_AFTER = 1
@@ -148,9 +148,8 @@ class Campaign:
 
     def _drawn(self, pair: PairKey, shard: tuple[int, int], each: int) -> list[Batch]:
         """Scenes of a pair; fewer where each costs a search."""
-        fewer = 1 if is_quick(*pair) else OF_PIECES if any(kind in UNIONS for kind in pair) else SEARCHED
         with self.timed("scenes"):
-            return Batch.draw(pair, self.run.seed, shard, max(1, each // fewer))
+            return Batch.draw(pair, self.run.seed, shard, each if is_quick(*pair) else max(1, each // SEARCHED))
 
     def _ask(
         self, pair: PairKey, batch: Batch, pools: dict[str, ThreadPoolExecutor]

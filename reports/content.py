@@ -18,6 +18,9 @@ MOST_MODEL_LINES = 12
 LONGEST_SCRIPT = 6000
 """Characters of a script that a page shows; its file has it whole."""
 
+MOST_SCRIPTS = 100
+"""Buckets, the worst first, whose scripts a page shows; of the others it names the file."""
+
 WORDS = (
     ("signed distance σ", "the gap when positive, 0 when touching, minus the penetration depth when negative"),
     ("depth of unions", "of a Composite or Polyhedron: the length of the shortest translation of B that separates"),

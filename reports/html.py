@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oracles.outcome import Run
 from reports import text
-from reports.content import LONGEST_SCRIPT, TITLE, WORDS, content
+from reports.content import LONGEST_SCRIPT, MOST_SCRIPTS, TITLE, WORDS, content
 from reports.tables import LEGEND, Entry, Table
 
 
@@ -42,6 +42,8 @@ def render(run: Run) -> str:
         lstrip_blocks=True,
     )
     environment.filters["block"] = text.block
-    environment.globals.update(column_groups=column_groups, sections=sections, longest_script=LONGEST_SCRIPT)
+    environment.globals.update(
+        column_groups=column_groups, sections=sections, longest_script=LONGEST_SCRIPT, most_scripts=MOST_SCRIPTS
+    )
     template = environment.get_template("report.html.jinja")
     return template.render(report=content(run), title=TITLE, words=WORDS, legend=LEGEND)

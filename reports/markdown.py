@@ -8,7 +8,7 @@ from html import escape as html_escape
 
 from oracles.outcome import Run
 from reports import text
-from reports.content import LONGEST_SCRIPT, TITLE, WORDS, Content, Group, content
+from reports.content import LONGEST_SCRIPT, MOST_SCRIPTS, TITLE, WORDS, Content, Group, content
 from reports.findings import BucketView
 from reports.proofs import Proof
 from reports.tables import LEGEND, Column, Entry, Table
@@ -111,7 +111,9 @@ def _bucket(bucket: BucketView) -> Iterator[str]:
         yield from ("Refuted on these two, to which the answer leads:", "", *_scene(bucket.about), "")
     if bucket.proof:
         yield from folded(f"Certificate: {bucket.proof.interval}", _proof(bucket.proof))
-    if bucket.repro:
+    if bucket.repro and bucket.number > MOST_SCRIPTS:
+        yield from (f"Script that shows it: {escape(bucket.file)}", "")
+    elif bucket.repro:
         yield from folded(
             f"Script that shows it: {bucket.file}", fenced(text.block(bucket.repro, LONGEST_SCRIPT), "python")
         )

@@ -29,6 +29,9 @@ from reports import text
 MOST_CLAIMS = 12
 MOST_VERTICES = 8
 LONGEST_NUMBER = 24
+MOST_DATA = 100
+"""Buckets, the worst first, whose certificates a page shows."""
+
 LONGEST_DATA = 6000
 """Characters of a certificate that a page shows; `run.json` has longer ones whole."""
 
@@ -44,7 +47,7 @@ class Proof:
     claims
         One sentence per claim.
     data
-        The whole certificate as JSON, or where it is when it is too long to be read.
+        The whole certificate as JSON, or where it is when it is too long to be read, or one of too many.
     whole
         Whether `data` is the certificate.
     """
@@ -61,7 +64,7 @@ def proof_view(certificate: Certificate, interval: str, number: int) -> Proof:
     if more := len(certificate.claims) - len(said):
         said.append(f"And {text.plural(more, 'more claim')} of such kinds.")
     data = certificate_text(certificate)
-    if len(data) <= LONGEST_DATA:
+    if len(data) <= LONGEST_DATA and number <= MOST_DATA:
         return Proof(interval, tuple(said), data, whole=True)
     told = f"The certificate has {text.count(len(data))} characters: run.json has it, with bucket {number}."
     return Proof(interval, tuple(said), told, whole=False)

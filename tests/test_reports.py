@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections import Counter
+from collections.abc import Callable
 from fractions import Fraction
 from typing import get_args
 
@@ -16,6 +17,7 @@ from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, cells
 from refimpl import Composite, ConvexPolyhedron
 from refimpl.proof import Certificate, checker, claims
 from reports import findings, html, markdown, matrix, proofs, shapes, summary, tables, text
+from reports.content import MOST_SCRIPTS
 from tests.sample_run import A_BOX, BALL, STONE, WEDGE, Page, sample_run
 
 
@@ -322,6 +324,16 @@ def test_both_forms_have_all_rows(run: Run, page: Page, notes: str, form: str) -
     for table in (*everything, *matrix.overviews(run), matrix.support_notes(run), tables.timing(run)):
         for row in table.rows:
             assert all(entry.text in said for entry in row)
+
+
+@pytest.mark.parametrize("render", [html.render, markdown.render])
+def test_many_buckets_are_all_told_and_the_last_without_data(render: Callable[[Run], str]) -> None:
+    run = sample_run()
+    run.buckets = run.buckets[:1] * (MOST_SCRIPTS + 20)
+    said = render(run)
+    assert said.count("print(&#34;distance" if render is html.render else 'print("distance') == MOST_SCRIPTS
+    assert all(view.file in said for view in findings.bucket_views(run))
+    assert len(re.findall(r"run\.json has it, with bucket \d+", said)) == 20
 
 
 def test_run_without_findings_renders() -> None:

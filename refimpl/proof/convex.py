@@ -12,7 +12,7 @@ from refimpl.proof.bounds import bounds_of
 from refimpl.proof.claims import Bound, Claim, Common, Core, Escape, Near, Place, Separated
 from refimpl.proof.exact import Difference, Features, pyramid
 from refimpl.proof.exact import nearest as exactly_nearest
-from refimpl.proof.inscribed import inscribed
+from refimpl.proof.inscribed import ball_around_point, inscribed
 from refimpl.proof.points import Vector, along, cross, dot, doubles, exact, minus, opposite, root
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.reading import read
@@ -91,6 +91,11 @@ class Search:
 
     def _depth(self, grid: Grid) -> None:
         """Bodies that meet: a polytope; for circles of directions an ellipsoid, or else a larger polytope."""
+        for claim in ball_around_point(self.bodies):
+            self.propose_upper(claim)
+            self._reference()
+            if self._done():
+                return
         for vertices in (VERTICES, MANY):
             deep = deepest(grid, vertices)
             self.across([*deep.normals, *self._flat(deep.normals)])

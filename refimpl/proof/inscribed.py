@@ -161,6 +161,31 @@ def _roomiest(c: list[float], p: list[float]) -> float:
     return 0.5 * (low + high)
 
 
+def ball_around_point(bodies: tuple[Body, Body]) -> Iterator[Inscribed]:
+    """Claim of the largest ball around a point, or a ball's centre, in a cylinder: as deep as the point is."""
+    for side in (0, 1):
+        point, solid = bodies[side], bodies[1 - side]
+        alone = isinstance(point, Corners) and len(point.corners) == 1 and not isinstance(point, Vertices)
+        if not (alone and isinstance(point, Corners) and isinstance(solid, Curved) and solid.flat):
+            continue
+        centre, axes = solid.exact
+        x, third = point.corner(0), exact(axes[2])
+        offset = minus(x, centre)
+        above = Fraction(dot(offset, third)) / dot(third, third)
+        aside = math.hypot(*doubles(along(offset, -above, third)))
+        breadth, height = math.hypot(*doubles(exact(axes[0]))), math.hypot(*doubles(third))
+        rounding = 2.0**-50 * (breadth + height + aside)
+        radius = min(breadth - aside, height * (1.0 - abs(float(above)))) - rounding
+        if radius > 0:
+            sign = Fraction(radius) if side else Fraction(-radius)
+            ball = (sign, Fraction(0), Fraction(0)), (Fraction(0), sign, Fraction(0)), (Fraction(0), Fraction(0), sign)
+            none: Vector = (0, 0, 0)
+            share = radius * (radius + aside)  # that of two circles which touch from inside
+            parts = [(x, (none, none, none), 0), (x, ball, share)]
+            (a, p, share_a), (b, q, share_b) = parts[::-1] if side else parts
+            yield Inscribed(a, p, b, q, radius, (share_a, share_b, 1))
+
+
 def inscribed(shapes: tuple[Any, Any], bodies: tuple[Body, Body], normal: Vector, enough: float) -> Iterator[Inscribed]:
     """Claims of a depth, best last, up to `enough`; `normal` is the direction of the least depth found."""
     first = image(shapes[0], bodies[0], exact(shapes[1].reference_point.tolist()))
