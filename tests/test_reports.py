@@ -174,7 +174,7 @@ WEIGHTS = ((7, 1.0), (2, Fraction(1, 3)))
 LEAF = checker.Separated(VECTOR)
 TREE = checker.Split(0, (0,), (LEAF, checker.Split(1, (1,), (LEAF, LEAF))))
 PIECE = checker.Piece((VECTOR,) * 4, TREE, 0.5)
-CLAIMS = [
+CLAIMS: list[tuple[checker.Claim, str]] = [
     (LEAF, "Planes with normal (1.0, 0.0, 1/3)"),
     (checker.Separated(VECTOR, None, (((0, 1.0),), ())), "Shares of a polytope's own planes"),
     (checker.Separated(VECTOR, 2.0), "Up to t = 2.0"),
