@@ -40,7 +40,7 @@ def name_of(pair: object) -> str:
     """Readable test ids for pairs of types."""
     if isinstance(pair, tuple):
         return "-".join(kind.__name__ for kind in pair)
-    return str(pair)
+    return pair.__name__ if isinstance(pair, type) else str(pair)
 
 
 @pytest.fixture(autouse=True)

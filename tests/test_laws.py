@@ -29,7 +29,7 @@ PAIRS = [pair for pair in TABLE if pair[0] is not Ray]
 CONVEX_PAIRS = [pair for pair in PAIRS if set(pair) <= CONVEX]
 MOVABLE = [pair for pair in CONVEX_PAIRS if pair != (HalfSpace, HalfSpace)]
 """Two half-spaces have a distance only while they face exactly, which no rounded motion keeps."""
-BOUNDED = [kind for kind in CONVEX if kind is not HalfSpace]
+BOUNDED = [kind for kind in (Point, *GROW) if kind is not HalfSpace]
 EXAMPLES = settings.default.max_examples if settings.default else 20
 FEW = settings(max_examples=max(EXAMPLES * 2 // 5, 1))
 """Scenes for each pair and law: there are hundreds of both."""

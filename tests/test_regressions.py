@@ -6,8 +6,23 @@ import numpy as np
 import pytest
 
 import refimpl
-from refimpl import AABB, Box, Capsule, HalfSpace, Point, Ray, ShapeError, Sphere, UnsupportedOperation
+from oracles.draws import NumpyDraws
+from oracles.regimes import REGIMES
+from refimpl import (
+    AABB,
+    Box,
+    Capsule,
+    HalfSpace,
+    Point,
+    Polyhedron,
+    Ray,
+    ShapeError,
+    Sphere,
+    UnsupportedOperation,
+    certify,
+)
 from refimpl.linear import norm
+from refimpl.proof import check
 from tests import truth
 
 ACCURACY = 1e-14
@@ -156,3 +171,11 @@ def test_masses_of_any_size_and_number() -> None:
     assert many.depth.shape == many.hit.shape == (3,)
     with np.errstate(all="raise"):
         assert not refimpl.intersect(Point([0, 0, 1]), Sphere([0, 0, 0], 1e-200))
+
+
+@pytest.mark.parametrize(("seed", "kind"), [(2, Box), (4, AABB), (4, Box)])
+def test_pieces_too_thin_to_be_proven_to_lie_inside_their_mesh_are_left_out(seed: int, kind: type) -> None:
+    a, b = REGIMES["sliver"](NumpyDraws(seed, (8,), 1), kind, Polyhedron)
+    lower, upper = check(certify(a[0], b[0]), a[0], b[0])
+    assert lower <= refimpl.distance(a[0], b[0]).distance + 1e-12
+    assert upper < 0

@@ -180,7 +180,7 @@ def _overlapping(a: Proxy, b: Proxy, move: Floats, size: float) -> tuple[Any, Pa
     ranked = sorted((_distance(p.shape, q.shape), i) for i, (p, q) in enumerate(pairs))
     chosen = [pairs[i] for rank, i in ranked[:DEEPEST] if rank <= 0]
     found = [pair for pair in _balls(a, b, depth) if _holds(pair[1], a, b)]
-    best = _best((_drawn(p, size), _drawn(q, size)) for p, q in chosen)
+    best = _best(_drawn_pairs(chosen, size))
     if best is not None and _holds(best[1], a, b):
         found.append(best)
     return min(found, key=lambda pair: pair[0]) if found else _nearest(a, b, None, size)
@@ -225,6 +225,15 @@ def _solids(shape: Proxy) -> list[Choice]:
             world = piece.vertices @ matrix.T + part.position
             found.append(Choice((k, _Rough(part, world)), ConvexPolyhedron.from_vertices(world)))
     return found
+
+
+def _drawn_pairs(pairs: Sequence[tuple[Choice, Choice]], size: float) -> Iterator[tuple[Choice, Choice]]:
+    """Pairs of parts and pieces, these drawn in; without pieces too thin to be proven to lie inside."""
+    for p, q in pairs:
+        try:
+            yield _drawn(p, size), _drawn(q, size)
+        except Unproven:
+            continue
 
 
 def _drawn(choice: Choice, size: float, inner: Floats | None = None) -> Choice:
@@ -283,4 +292,8 @@ def around(shape: Proxy, point: Vector) -> Iterator[tuple[Any, Place | None]]:
             continue
         count += len(part.triangles)
         if distance < 0:
-            yield (k, ball(part, point, -0.5 * distance)), AT_CENTRE
+            try:
+                piece = ball(part, point, -0.5 * distance)
+            except Unproven:
+                continue
+            yield (k, piece), AT_CENTRE
