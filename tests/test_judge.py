@@ -15,6 +15,7 @@ import oracles.reference
 from oracles import claims
 from oracles.answers import reference_answers, take
 from oracles.audit import audit
+from oracles.claims import FRAGILE
 from oracles.engine import COLUMNS, WIDTH, Answers, Bound, Convention, Effective, Kind, Status, Tolerance
 from oracles.judge import Judge
 from oracles.outcome import Kind as Verdicts
@@ -249,7 +250,10 @@ def agrees_with_itself(cell: Cell, a: Proxy, b: Proxy, regime: str) -> None:
             if kind is Verdicts.WRONG:
                 assert not screening.certain[i], case
                 scene = Scene(cell.query, a[i], b[i], regime)
-                assert Judge(engine).convict(scene, take(answers, [i])).kind is Verdicts.AGREES, case
+                right = {Verdicts.AGREES}
+                if isinstance(a, FRAGILE) and isinstance(b, FRAGILE):  # rounding a move turns either of them
+                    right.add(Verdicts.UNDECIDED)
+                assert Judge(engine).convict(scene, take(answers, [i])).kind in right, case
                 continue
             assert kind is Verdicts.AGREES, case
 

@@ -243,6 +243,7 @@ def test_compiled_kernels_answer_the_same_bits(monkeypatch: pytest.MonkeyPatch) 
             a, b = scenes_of(pair, regime, 12)
             answers = []
             for rows in (10**9, 1):
+                compiling._in_use.clear()
                 monkeypatch.setattr(compiling, "WORTH_COMPILING", rows)
                 answers.append((distance(a, b), intersect(a, b)))
             (interpreted, hit), (compiled, again) = answers

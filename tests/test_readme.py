@@ -33,8 +33,8 @@ def test_the_example_runs_and_says_the_truth() -> None:
         value = eval(statement, space)
         if said[2] == "False":
             assert not value
-        elif said[2] == "0.5,":
-            assert value == 0.5
+        elif said[2] in ("0.5,", "1.0"):
+            assert value == float(said[2].strip(","))
         elif said[2] == "(100000,)":
             assert value == (100_000,)
         else:
