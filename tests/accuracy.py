@@ -107,11 +107,15 @@ def merge(measured: dict[str, dict[str, Any]]) -> None:
 
 def chosen(words: list[str]) -> list[tuple[type, type]]:
     """Pairs of the table that a word names; all of them without words."""
-    pairs = []
+    wanted = {word.replace("–", "-") for word in words}
+    pairs, known = [], set()
     for a, b in TABLE:
         names = {a.__name__, b.__name__, f"{a.__name__}-{b.__name__}"}
-        if not words or names & set(words):
+        known |= names
+        if not wanted or names & wanted:
             pairs.append((a, b))
+    if not wanted <= known:
+        raise SystemExit(f"no type or pair of the table: {', '.join(sorted(wanted - known))}")
     return pairs
 
 
