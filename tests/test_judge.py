@@ -251,7 +251,8 @@ def agrees_with_itself(cell: Cell, a: Proxy, b: Proxy, regime: str) -> None:
                 assert not screening.certain[i], case
                 scene = Scene(cell.query, a[i], b[i], regime)
                 right = {Verdicts.AGREES}
-                if regime == "sliver" and isinstance(a, FRAGILE) and isinstance(b, FRAGILE):  # rounding a move turns both
+                if regime == "sliver" and isinstance(a, FRAGILE) and isinstance(b, FRAGILE):
+                    # rounding a move turns either of them
                     right.add(Verdicts.UNDECIDED)
                 assert Judge(engine).convict(scene, take(answers, [i])).kind in right, case
                 continue
