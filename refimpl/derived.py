@@ -149,12 +149,13 @@ def _of_batch(numbers: Array, exponent: Any, single: Callable[[bytes, int], Hull
             place[content] = len(hulls)
             hulls.append(_found(single, content, numbers.shape[-2], where))
         which[where] = place[content]
-    digests = np.array([_digest(content) for content in place]).reshape(-1, 2)
+    digests = np.array([_digest(content, numbers.shape[-1]) for content in place]).reshape(-1, 2)
     return Derived(_stacked(hulls), digests, which, np.asarray(exponent, dtype=np.int64))
 
 
-def _digest(content: bytes) -> tuple[float, float]:
-    digest = blake2b(content, digest_size=12).digest()
+def _digest(content: bytes, width: int) -> tuple[float, float]:
+    """Two doubles that tell geometries apart: by their numbers, and by how many of these make a plane or a vertex."""
+    digest = blake2b(content, digest_size=12, salt=bytes([width])).digest()
     return float(int.from_bytes(digest[:6], "big")), float(int.from_bytes(digest[6:], "big"))
 
 

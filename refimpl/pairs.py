@@ -56,6 +56,8 @@ class Rule:
         The signed distance, and a length below which no translation separates; where that is not the depth itself.
     symmetric
         Of two proxies of one type: whether the function itself answers both orders alike, to the last bit.
+    whole
+        Whether the function takes a whole batch as it is, and scales each pair itself so that nothing overflows.
     """
 
     function: Callable[[Any, Any], Any]
@@ -64,6 +66,7 @@ class Rule:
     meets: Callable[[Any, Any], Bools] | None = None
     bounds: Callable[[Any, Any], tuple[Separation, Array]] | None = None
     symmetric: bool = False
+    whole: bool = False
 
 
 SOLIDS: tuple[type[Proxy], ...] = (
@@ -79,10 +82,10 @@ TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (Point, HalfSpace):               Rule(halfspaces.point_halfspace, CLOSED, "height above the plane"),
     (Point, AABB):                    Rule(boxes.point_aabb, CLOSED, "clamping; nearest face inside", boxes.point_meets_aabb),
     (Point, Box):                     Rule(boxes.point_box, CLOSED, "clamping in the box's frame", boxes.point_meets_box),
-    (Point, KDOP):                    Rule(polytopes.point_kdop, FINITE, "closest features; nearest face inside"),
+    (Point, KDOP):                    Rule(polytopes.point_kdop, FINITE, "closest features; nearest face inside", whole=True),
     (Point, Ellipsoid):               Rule(curved.point_ellipsoid, ITERATIVE, "root of a monotone function, bracketed"),
     (Point, Cylinder):                Rule(curved.point_cylinder, CLOSED, "nearest of side, caps and rims"),
-    (Point, ConvexPolyhedron):        Rule(polytopes.point_convexpolyhedron, FINITE, "closest features; nearest face inside"),
+    (Point, ConvexPolyhedron):        Rule(polytopes.point_convexpolyhedron, FINITE, "closest features; nearest face inside", whole=True),
     (Point, Polyhedron):              Rule(unions.union_pair, FINITE, "nearest triangle; winding number", unions.unions_meet, unions.overlap_bounds),
     (Point, Composite):               Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Ray, Sphere):                    Rule(rays.ray_sphere, CLOSED, "half chord at the nearest point"),
@@ -101,20 +104,20 @@ TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (Sphere, HalfSpace):              Rule(halfspaces.sphere_halfspace, CLOSED, "height of the centre"),
     (Sphere, AABB):                   Rule(boxes.sphere_aabb, CLOSED, "clamping; nearest face inside", boxes.sphere_meets_aabb),
     (Sphere, Box):                    Rule(boxes.sphere_box, CLOSED, "clamping in the box's frame", boxes.sphere_meets_box),
-    (Sphere, KDOP):                   Rule(polytopes.sphere_kdop, FINITE, "closest features; nearest face inside"),
+    (Sphere, KDOP):                   Rule(polytopes.sphere_kdop, FINITE, "closest features; nearest face inside", whole=True),
     (Sphere, Ellipsoid):              Rule(curved.sphere_ellipsoid, ITERATIVE, "root of a monotone function, bracketed"),
     (Sphere, Cylinder):               Rule(curved.sphere_cylinder, CLOSED, "nearest of side, caps and rims"),
-    (Sphere, ConvexPolyhedron):       Rule(polytopes.sphere_convexpolyhedron, FINITE, "closest features; nearest face inside"),
+    (Sphere, ConvexPolyhedron):       Rule(polytopes.sphere_convexpolyhedron, FINITE, "closest features; nearest face inside", whole=True),
     (Sphere, Polyhedron):             Rule(unions.union_pair, FINITE, "nearest triangle; winding number", unions.unions_meet, unions.overlap_bounds),
     (Sphere, Composite):              Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Capsule, Capsule):               Rule(rounds.capsule_capsule, CLOSED, "closest points of two segments", symmetric=True),
     (Capsule, HalfSpace):             Rule(halfspaces.capsule_halfspace, CLOSED, "height of the lower end"),
     (Capsule, AABB):                  Rule(boxes.capsule_aabb, FINITE, "segment and box: closest features, 6 axes"),
     (Capsule, Box):                   Rule(boxes.capsule_box, FINITE, "segment and box: closest features, 6 axes"),
-    (Capsule, KDOP):                  Rule(polytopes.capsule_kdop, FINITE, "closest features; separating axes"),
+    (Capsule, KDOP):                  Rule(polytopes.capsule_kdop, FINITE, "closest features; separating axes", whole=True),
     (Capsule, Ellipsoid):             Rule(curved.capsule_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Capsule, Cylinder):              Rule(curved.capsule_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
-    (Capsule, ConvexPolyhedron):      Rule(polytopes.capsule_convexpolyhedron, FINITE, "closest features; separating axes"),
+    (Capsule, ConvexPolyhedron):      Rule(polytopes.capsule_convexpolyhedron, FINITE, "closest features; separating axes", whole=True),
     (Capsule, Polyhedron):            Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Capsule, Composite):             Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (HalfSpace, HalfSpace):           Rule(halfspaces.halfspace_halfspace, CLOSED, "facing exactly, or without end"),
@@ -128,23 +131,23 @@ TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (HalfSpace, Composite):           Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (AABB, AABB):                     Rule(boxes.aabb_aabb, CLOSED, "intervals of the three coordinates", boxes.aabb_meets_aabb),
     (AABB, Box):                      Rule(boxes.aabb_box, FINITE, "closest features, 15 separating axes", boxes.aabb_meets_box),
-    (AABB, KDOP):                     Rule(polytopes.aabb_kdop, FINITE, "closest features; separating axes"),
+    (AABB, KDOP):                     Rule(polytopes.aabb_kdop, FINITE, "closest features; separating axes", whole=True),
     (AABB, Ellipsoid):                Rule(curved.aabb_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (AABB, Cylinder):                 Rule(curved.aabb_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
-    (AABB, ConvexPolyhedron):         Rule(polytopes.aabb_convexpolyhedron, FINITE, "closest features; separating axes"),
+    (AABB, ConvexPolyhedron):         Rule(polytopes.aabb_convexpolyhedron, FINITE, "closest features; separating axes", whole=True),
     (AABB, Polyhedron):               Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (AABB, Composite):                Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Box, Box):                       Rule(boxes.box_box, FINITE, "closest features, 15 separating axes", boxes.box_meets_box, symmetric=True),
-    (Box, KDOP):                      Rule(polytopes.box_kdop, FINITE, "closest features; separating axes"),
+    (Box, KDOP):                      Rule(polytopes.box_kdop, FINITE, "closest features; separating axes", whole=True),
     (Box, Ellipsoid):                 Rule(curved.box_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Box, Cylinder):                  Rule(curved.box_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
-    (Box, ConvexPolyhedron):          Rule(polytopes.box_convexpolyhedron, FINITE, "closest features; separating axes"),
+    (Box, ConvexPolyhedron):          Rule(polytopes.box_convexpolyhedron, FINITE, "closest features; separating axes", whole=True),
     (Box, Polyhedron):                Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Box, Composite):                 Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
-    (KDOP, KDOP):                     Rule(polytopes.kdop_kdop, FINITE, "closest features; separating axes"),
+    (KDOP, KDOP):                     Rule(polytopes.kdop_kdop, FINITE, "closest features; separating axes", symmetric=True, whole=True),
     (KDOP, Ellipsoid):                Rule(curved.kdop_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (KDOP, Cylinder):                 Rule(curved.kdop_cylinder, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
-    (KDOP, ConvexPolyhedron):         Rule(polytopes.kdop_convexpolyhedron, FINITE, "closest features; separating axes"),
+    (KDOP, ConvexPolyhedron):         Rule(polytopes.kdop_convexpolyhedron, FINITE, "closest features; separating axes", whole=True),
     (KDOP, Polyhedron):               Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (KDOP, Composite):                Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Ellipsoid, Ellipsoid):           Rule(curved.ellipsoid_ellipsoid, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
@@ -156,7 +159,7 @@ TABLE: dict[tuple[type[Proxy], type[Proxy]], Rule] = {
     (Cylinder, ConvexPolyhedron):     Rule(curved.cylinder_convexpolyhedron, ITERATIVE, "GJK or expanding polytope, then Newton on the normal"),
     (Cylinder, Polyhedron):           Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Cylinder, Composite):            Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
-    (ConvexPolyhedron, ConvexPolyhedron): Rule(polytopes.convexpolyhedron_convexpolyhedron, FINITE, "closest features; separating axes"),
+    (ConvexPolyhedron, ConvexPolyhedron): Rule(polytopes.convexpolyhedron_convexpolyhedron, FINITE, "closest features; separating axes", symmetric=True, whole=True),
     (ConvexPolyhedron, Polyhedron):   Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (ConvexPolyhedron, Composite):    Rule(unions.union_pair, ITERATIVE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),
     (Polyhedron, Polyhedron):         Rule(unions.union_pair, FINITE, "least over pairs of convex pieces", unions.unions_meet, unions.overlap_bounds),

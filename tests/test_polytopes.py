@@ -16,7 +16,7 @@ from refimpl.algorithms import polytopes
 from refimpl.compiling import is_compiled, module_for
 from refimpl.kernels import axes
 from refimpl.kernels import polytopes as rows
-from refimpl.linear import power_of_two
+from refimpl.kernels import polytopes_batch as batch
 from tests import truth
 from tests.conftest import effort, name_of, scenes_of
 
@@ -197,7 +197,7 @@ def test_large_hulls_keep_the_contract():
 def test_the_directory_names_the_farthest_vertex_in_the_middle_of_each_cell():
     rng = np.random.default_rng(23)
     shape = large_hull(rng, 50)
-    geometry = polytopes.polytopes(shape[None]).geometry[0]
+    geometry = polytopes.side(shape[None]).geometries[0]
     start = int(geometry[rows.DIRECTORY])
     assert start > 0
     assert len(geometry) == start + 6 * rows.GRID**2
@@ -220,9 +220,10 @@ def test_what_an_arc_promises_is_never_less_than_the_gap_along_it():
         b = b.translated(rng.normal(size=3) * rng.choice([0.1, 1.0, 4.0]))
         placed = []
         for shape in (a, b):
-            found = polytopes.polytopes(shape)
-            body = np.zeros(found.geometry.shape[1]).tolist()
-            geometry, pose = found.geometry[0].tolist(), found.pose[0].tolist()
+            found = polytopes.side(shape)
+            geometry, note, row = (x[0].tolist() for x in (found.geometries, found.notes, found.rows))
+            body, pose = [0.0] * len(geometry), [0.0] * (rows.FACTOR + 1)
+            batch._put(found.kind, row, note, int(found.powers[0]), 0, (1.0, 1.0), [], pose)
             offset = tuple(pose[:3])
             rows.place_vertices(geometry, pose, offset, body)
             rows.place_faces(geometry, pose, offset, body)
@@ -251,9 +252,8 @@ def test_what_an_arc_promises_is_never_less_than_the_gap_along_it():
 def test_boxes_as_boxes_and_as_polytopes_are_equally_far_apart(pair, regime):
     """The fifteen axes of two boxes, and the search over faces and arcs that any polytopes take."""
     a, b = scenes_of(pair, regime, 40 * effort())
-    exponent = power_of_two(np.maximum(a.magnitude, b.magnitude))
     radius = a.radius if pair[0] is Capsule else 0.0
-    as_polytopes = np.ldexp(polytopes.separate(a.times_power(-exponent), b.times_power(-exponent)).distance, exponent)
+    as_polytopes = polytopes.separate(a, b).distance
     as_boxes = refimpl.distance(a, b).distance
     size = np.maximum(np.maximum(a.magnitude, b.magnitude), np.abs(as_boxes))
     assert np.max(np.abs(as_boxes - (as_polytopes - radius)) / size) <= ACCURACY / 2
@@ -281,9 +281,9 @@ def test_compiled_and_plain_kernels_answer_with_the_same_bits(pair, monkeypatch)
 def test_a_geometry_in_many_poses_is_one_row():
     shape = large_hull(np.random.default_rng(26), 40)
     many = shape.translated(np.random.default_rng(27).normal(size=(100, 3)))
-    found = polytopes.polytopes(many)
-    assert found.geometry.shape[0] == 1
-    assert polytopes.polytopes(many[3:50]).geometry is found.geometry
+    found = polytopes.side(many)
+    assert found.geometries.shape[0] == 1
+    assert polytopes.side(many[3:50]).geometries is found.geometries
 
 
 @pytest.mark.parametrize("b", [SLABS, OCTAHEDRON])

@@ -1,64 +1,40 @@
 """Pairs of polytopes, and of polytopes with points, segments and half-spaces.
 
 Spheres and capsules are points and segments, widened afterwards. The search itself is a scalar kernel
-(`refimpl.kernels.polytopes_pair`); here proxies are turned into the rows that it reads.
+(`refimpl.kernels.polytopes_batch`); here proxies are turned into the rows that it reads.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
 from refimpl.algorithms.halfspaces import lowest_against_plane, unit_plane
 from refimpl.algorithms.rounds import grown
 from refimpl.compiling import is_compiled, module_for, numbers
+from refimpl.derived import Derived
 from refimpl.hulls import Hull, hull_of_box
-from refimpl.kernels.polytopes import FACE, FIRST, GRID
+from refimpl.kernels.boxes import ALIGNED, SEGMENT, TURNED
+from refimpl.kernels.polytopes import FACE, FACTOR, FIRST, GRID
+from refimpl.kernels.polytopes_batch import NOTHING, PLACED, POINT, STANDING, Side
 from refimpl.kernels.polytopes_nearest import ROOM
 from refimpl.kernels.polytopes_pair import FEATURES
-from refimpl.linear import Array, apply, apply_inverse, dot, norm, rotation_matrix, unit_or
+from refimpl.linear import Array, apply, apply_inverse, dot, norm, power_of_two, rotation_matrix, unit_or
 from refimpl.results import Separation
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Point, Proxy, Sphere
 
-Indices = NDArray[np.int64]
 STILL = np.eye(3)
-POINT = np.array([[1.0, 0, 0, 0, 0, 0, FIRST + 3, FIRST + 3, 0, 0, 0, 0]])
+KINDS: dict[type[Proxy], int] = {
+    Point: POINT, Sphere: POINT, Capsule: SEGMENT, AABB: ALIGNED, Box: TURNED
+}  # fmt: skip
 MANY = 32
 """A polytope with more vertices gets a directory of them."""
 MIDDLES = (np.arange(GRID) + 0.5) * (2.0 / GRID) - 1.0
 LARGE = 1000
 """A row of so many numbers makes one pair as much work as two small ones, and worth compiling for accordingly."""
-
-
-@dataclass(frozen=True)
-class Polytopes:
-    """A batch of polytopes as the kernel reads them.
-
-    Attributes
-    ----------
-    geometry : (g, width)
-        Rows of different geometries, as `refimpl.kernels.polytopes` describes them.
-    which : (n,) int
-        The geometry of each.
-    pose : (n, 13)
-        Origin, rotation matrix row by row, and the factor by which the geometry is to be multiplied.
-    """
-
-    geometry: Array
-    which: Indices
-    pose: Array
-
-    def alone(self) -> Polytopes:
-        """Give the same without the geometries that none of the batch has."""
-        if len(self.geometry) == 1:
-            return self
-        used, which = np.unique(self.which, return_inverse=True)
-        return Polytopes(self.geometry[used], which, self.pose)
 
 
 def geometry_rows(hulls: Hull) -> tuple[Array, Array]:
@@ -110,77 +86,64 @@ def _different(rows: Any) -> Any:
 _known: WeakKeyDictionary[Hull, tuple[Array, Array]] = WeakKeyDictionary()
 
 
-def _rows_of(table: Hull) -> tuple[Array, Array]:
-    """Rows and middles of a table of hulls, found once."""
+def _table_of(derived: Derived) -> tuple[Array, Array]:
+    """Rows of a table of derived hulls, each brought to a size of about 1, and a note on each; found once."""
+    table = derived.table
     if table not in _known:
-        _known[table] = geometry_rows(table)
+        power = power_of_two(table.size)
+        rows, middles = geometry_rows(table.times_power(-power))
+        power = np.where(table.size > 0, power, NOTHING)
+        _known[table] = rows, np.concatenate([middles, power[:, None], derived.digests], axis=1)
     return _known[table]
 
 
-def polytopes(x: Proxy) -> Polytopes:
-    """Rows of a batch of proxies; of spheres and capsules the centres and the axes."""
+@cache
+def _own_row(kind: int) -> Array:
+    """Row of the box from −1 to 1, of a segment, or of a point."""
+    if kind == POINT:
+        return np.array([1.0, 0, 0, 0, 0, 0, FIRST + 3, FIRST + 3, 0, 0, 0, 0])
+    if kind == SEGMENT:
+        return np.array([2.0, 0, 1, 0, 0, 0, FIRST + 6, FIRST + 6, 0, 0, 0, 0, 0, 0, 0, 0, 1, -1, -1, 0, 0, 0, 0])
+    rows, _ = geometry_rows(hull_of_box(-np.ones((1, 3)), np.ones((1, 3))))
+    return np.array(rows[0])
+
+
+def side(x: Proxy) -> Side:
+    """Rows of a batch of proxies as the kernel reads them; of spheres and capsules the centres and the axes."""
     count = len(x)
-    matrix, exponent, which = np.broadcast_to(STILL, (count, 3, 3)), np.zeros(count, dtype=np.int64), np.arange(count)
+    columns: list[Any]
     if isinstance(x, (KDOP, ConvexPolyhedron)):
         derived = x.derived()
-        which, exponent = derived.which, derived.exponent
-        geometry, middles = _rows_of(derived.table)
-        origin = np.ldexp(middles[which], exponent[:, None])
-        if isinstance(x, ConvexPolyhedron):
-            matrix = rotation_matrix(x.rotation)
-            origin = x.position + apply(matrix, origin)
-    else:
-        origin = x.reference_point
-        match x:
-            case Point() | Sphere():
-                geometry, which = POINT, np.zeros(count, dtype=np.int64)
-            case Capsule():
-                geometry = _segments(x.p - origin, x.q - origin)
-            case AABB():
-                geometry = _boxes(x.lower - origin, x.upper - origin)
-            case Box():
-                geometry, matrix = _boxes(-x.half_extents, x.half_extents), rotation_matrix(x.rotation)
-    pose = np.concatenate([origin, matrix.reshape(count, 9), np.ldexp(1.0, exponent)[:, None]], axis=1)
-    return Polytopes(geometry, np.ascontiguousarray(which), pose)
+        rows = np.zeros((count, 0)) if isinstance(x, KDOP) else np.concatenate([x.position, x.rotation], axis=1)
+        index = [np.array(column, dtype=np.int64) for column in (derived.which, derived.exponent)]
+        columns = [rows, *_table_of(derived), *index, _own_row(POINT)]
+        return Side(STANDING if isinstance(x, KDOP) else PLACED, *columns)
+    kind, none = KINDS[type(x)], np.zeros(count, dtype=np.int64)
+    own = _own_row(kind)
+    columns = [x.pack(), own[None], np.zeros((1, 6)), none, none, own.copy()]
+    return Side(kind, *columns)
 
 
-def _segments(p: Array, q: Array) -> Array:
-    """Rows of segments: two vertices, and an edge without faces."""
-    sizes = np.broadcast_to(np.array([2.0, 0, 1, 0, 0, 0, FIRST + 6, FIRST + 6, 0]), (len(p), FIRST))
-    link = np.broadcast_to(np.array([0.0, 1, -1, -1]), (len(p), 4))
-    return np.concatenate([sizes, p, q, link, unit_or(q - p, STILL[0])[0], np.zeros((len(p), 1))], axis=1)
-
-
-@cache
-def _template() -> tuple[Array, Indices, Indices]:
-    """Row of the box from −1 to 1, and where its vertices and its faces' offsets are."""
-    row = geometry_rows(hull_of_box(-np.ones((1, 3)), np.ones((1, 3))))[0]
-    vertices = np.arange(FIRST, FIRST + 24, dtype=np.int64)
-    offsets = np.arange(FIRST + 24 + 3, FIRST + 24 + 6 * FACE, FACE, dtype=np.int64)
-    return row, vertices, offsets
-
-
-def _boxes(lower: Array, upper: Array) -> Array:
-    """Rows of boxes."""
-    row, vertices, offsets = _template()
-    rows = np.repeat(row, len(lower), axis=0)
-    corner = row[0, vertices].reshape(8, 3)
-    rows[:, vertices] = np.where(corner > 0, upper[:, None, :], lower[:, None, :]).reshape(-1, 24)
-    rows[:, offsets] = np.concatenate([upper, -lower], axis=1)
-    return rows
+def _as_lists(found: Any) -> Side:
+    """Give the same as lists, without the geometries that none of the batch has."""
+    used, which = np.unique(found.which, return_inverse=True)
+    columns = (found.rows, found.geometries[used], found.notes[used], which, found.powers, found.own)
+    return Side(found.kind, *(column.tolist() for column in columns))
 
 
 def separate(a: Proxy, b: Proxy) -> Separation:
-    """Signed distance of the cores of two batches of proxies, of which each is a polytope, a segment or a point."""
-    x, y = polytopes(a), polytopes(b)
-    count, width = len(x.pose), max(x.geometry.shape[1], y.geometry.shape[1])
-    module = module_for("polytopes_pair", count * (1 + width // LARGE))
+    """Signed distance of the cores of two batches of proxies, of which each is a polytope, a segment or a point.
+
+    Each pair is scaled by itself, so the batches may come as they are.
+    """
+    x, y = side(a), side(b)
+    count, width = len(x.rows), max(np.shape(s.geometries)[1] for s in (x, y))
+    module = module_for("polytopes_batch", count * (1 + width // LARGE))
     if not is_compiled(module):
-        x, y = x.alone(), y.alone()
-    rows = (x.geometry, x.which, x.pose, y.geometry, y.which, y.pose)
-    room = [np.zeros(n) for n in (width, width, ROOM, width + FEATURES, width)]
+        x, y = _as_lists(x), _as_lists(y)
+    room = [np.zeros(n) for n in (FACTOR + 1, FACTOR + 1, width, width, ROOM, width + FEATURES, width)]
     answers = numbers(np.zeros((count, 10)), module)
-    module.separations(*(numbers(r, module) for r in (*rows, *room)), answers)
+    module.separations(x, y, *(numbers(r, module) for r in room), answers)
     found = np.array(answers).reshape(count, 10)
     return Separation(found[:, 0], found[:, 4:7], found[:, 7:10], found[:, 1:4])
 

@@ -29,17 +29,17 @@ def _write(row: Scratch, at: int, v: Vector) -> None:
 
 
 @kernel
-def _turn(row: Row, at: int, frame: Scratch) -> None:
+def axes_of(row: Row, at: int) -> tuple[Vector, Vector, Vector]:
     """Axes of a frame from the quaternion at `at`, of any length: the homogeneous form, divided once."""
     size = max(abs(row[at]), abs(row[at + 1]), abs(row[at + 2]), abs(row[at + 3]))
     x, y, z, w = row[at] / size, row[at + 1] / size, row[at + 2] / size, row[at + 3] / size
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
     total = (xx + yy) + (zz + ww)
-    _write(frame, AXES, ((ww + xx) - (yy + zz), 2 * (x * y + w * z), 2 * (x * z - w * y)))
-    _write(frame, AXES + 3, (2 * (x * y - w * z), (ww + yy) - (xx + zz), 2 * (y * z + w * x)))
-    _write(frame, AXES + 6, (2 * (x * z + w * y), 2 * (y * z - w * x), (ww + zz) - (xx + yy)))
-    for i in range(AXES, FRAME):
-        frame[i] = frame[i] / total
+    return (
+        (((ww + xx) - (yy + zz)) / total, 2 * (x * y + w * z) / total, 2 * (x * z - w * y) / total),
+        (2 * (x * y - w * z) / total, ((ww + yy) - (xx + zz)) / total, 2 * (y * z + w * x) / total),
+        (2 * (x * z + w * y) / total, 2 * (y * z - w * x) / total, ((ww + zz) - (xx + yy)) / total),
+    )
 
 
 @kernel
@@ -48,7 +48,10 @@ def set_frame(kind: int, row: Row, frame: Scratch) -> None:
     if kind == TURNED:
         for i in range(AXES):
             frame[i] = row[i]
-        _turn(row, AXES, frame)
+        u, v, w = axes_of(row, AXES)
+        _write(frame, AXES, u)
+        _write(frame, AXES + 3, v)
+        _write(frame, AXES + 6, w)
         return
     _write(frame, 0, plus(times(0.5, three(row, 0)), times(0.5, three(row, 3))))
     step = minus(times(0.5, three(row, 3)), times(0.5, three(row, 0)))

@@ -9,13 +9,12 @@ gap wins. The witness points are then those at which B, moved along the directio
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from . import kernel
 from .axes import ROUNDING, crossed, some_axis, three, widest_axis
 from .polytopes import CENTRE, Row, Scratch, gap_along, place_faces, place_vertices, reach, vertex
 from .polytopes_nearest import APART, ENTRY, MEETING, nearest, on_first, on_second
-from .vectors import Vector, dot, minus, opposite, plus, times, unit_or, without
+from .vectors import Vector, dot, minus, opposite, times, unit_or, without
 
 FEATURES = 36
 """Room for the directions of all edges of a simplex."""
@@ -149,28 +148,3 @@ def comes_later(row: Row, other: Row) -> bool:
         if row[i] != other[i]:
             return row[i] > other[i]
     return False
-
-
-@kernel
-def separations(
-    geometries_a: Sequence[Row],
-    which_a: Sequence[int],
-    poses_a: Sequence[Row],
-    geometries_b: Sequence[Row],
-    which_b: Sequence[int],
-    poses_b: Sequence[Row],
-    a: Scratch,
-    b: Scratch,
-    s: Scratch,
-    listed_a: Scratch,
-    listed_b: Scratch,
-    answers: Sequence[Scratch],
-) -> None:
-    """Answer a batch: signed distance, normal and both witness points, in world coordinates, 10 numbers a row."""
-    for i in range(len(poses_a)):
-        pose, answer = poses_a[i], answers[i]
-        origin = (pose[0], pose[1], pose[2])
-        sigma, n, x, y = separation(
-            geometries_a[which_a[i]], pose, geometries_b[which_b[i]], poses_b[i], a, b, s, listed_a, listed_b
-        )
-        write(answer, sigma, n, plus(origin, x), plus(origin, y))
