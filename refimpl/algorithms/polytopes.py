@@ -18,7 +18,7 @@ from refimpl.compiling import is_compiled, module_for, numbers
 from refimpl.derived import Derived
 from refimpl.hulls import Hull, hull_of_box
 from refimpl.kernels.boxes import ALIGNED, SEGMENT, TURNED
-from refimpl.kernels.polytopes import FACE, FACTOR, FIRST, GRID
+from refimpl.kernels.polytopes import BOX, DIRECTORY, FACE, FACTOR, FIRST, GRID
 from refimpl.kernels.polytopes_batch import NOTHING, PLACED, POINT, STANDING, Side
 from refimpl.kernels.polytopes_nearest import ROOM
 from refimpl.kernels.polytopes_pair import FEATURES
@@ -105,6 +105,7 @@ def _own_row(kind: int) -> Array:
     if kind == SEGMENT:
         return np.array([2.0, 0, 1, 0, 0, 0, FIRST + 6, FIRST + 6, 0, 0, 0, 0, 0, 0, 0, 0, 1, -1, -1, 0, 0, 0, 0])
     rows, _ = geometry_rows(hull_of_box(-np.ones((1, 3)), np.ones((1, 3))))
+    rows[0, DIRECTORY] = BOX
     return np.array(rows[0])
 
 

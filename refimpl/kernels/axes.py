@@ -62,8 +62,8 @@ def widest_face(body: Scratch, other: Row, geometry: Row, pose: Row, first: int,
     """Where the face of `body` starts in front of which the gap to `other` is widest, and that gap.
 
     −1 and `gap` when none has more than `gap`. Leaves at each face a vertex of the other, and the gap that it leaves,
-    which is the face's own where that could be the widest. `geometry` and `pose` are those of the other; where it
-    has many vertices, its vertex `first` is tried before others.
+    which is the face's own where that could be the widest. `geometry` and `pose` are those of the other, whose
+    vertex `first` is tried before others.
     """
     start = first_face(body)
     end = start + FACE * int(body[N_FACES])
@@ -72,12 +72,13 @@ def widest_face(body: Scratch, other: Row, geometry: Row, pose: Row, first: int,
     for at in range(start, end, FACE):
         n, offset = three(body, at), body[at + OFFSET]
         i, here = first, dot(n, v) - offset
-        if here > gap or not by_directory:
+        if here > gap:
             i = rather_low(geometry, pose, n) if by_directory else lowest(other, n)
             here = dot(n, vertex(other, i)) - offset
         body[at + SEEN], body[at + GAP] = i, here
         if here > most:
             most, top = here, at
+            gap = gap if by_directory else most
     if not by_directory:
         return top, most
     for at in range(start - FACE if top >= 0 else end, end, FACE):  # the most promising one comes first
@@ -103,9 +104,10 @@ def _promise(geometry: Row, at: int, body: Row, other: Row) -> float:
         return math.inf
     start = first_face(body)
     left, right = start + FACE * int(geometry[at + LEFT]), start + FACE * int(geometry[at + RIGHT])
-    u, v, p = three(body, left), three(body, right), vertex(body, int(geometry[at]))
-    q, r = minus(vertex(other, int(body[left + SEEN])), p), minus(vertex(other, int(body[right + SEEN])), p)
-    qu, qv, ru, rv = dot(q, u), dot(q, v), dot(r, u), dot(r, v)
+    u, v = three(body, left), three(body, right)
+    qu, rv = body[left + GAP], body[right + GAP]
+    qv = dot(v, vertex(other, int(body[left + SEEN]))) - body[right + OFFSET]
+    ru = dot(u, vertex(other, int(body[right + SEEN]))) - body[left + OFFSET]
     most = max(min(qu, ru), min(qv, rv))
     rise, fall = qu - ru, rv - qv
     if rise * fall > 0.0:  # the lines cross between the ends
@@ -156,17 +158,26 @@ def crossed(e: Vector, f: Vector) -> Vector:
 
 
 @kernel
-def _apart_on_sphere(geometry: Row, at: int, body: Row, f: Vector) -> bool:
-    """Whether the great circle at right angles to an edge `f` of the other clearly misses the arc of an edge.
-
-    It crosses the arc only between its ends, so the normals of the edge's two faces lie on different sides of it.
-    """
+def _normals(geometry: Row, at: int, body: Row) -> tuple[Vector, Vector]:
+    """Normals of the two faces at an edge; zero for a lone segment."""
     if geometry[at + LEFT] < 0.0:
-        return False
+        return NOWHERE, NOWHERE
     start = first_face(body)
-    u = three(body, start + FACE * int(geometry[at + LEFT]))
-    v = three(body, start + FACE * int(geometry[at + RIGHT]))
-    return dot(u, f) * dot(v, f) > CLEARLY
+    left, right = start + FACE * int(geometry[at + LEFT]), start + FACE * int(geometry[at + RIGHT])
+    return three(body, left), three(body, right)
+
+
+@kernel
+def _miss_on_sphere(arc: tuple[Vector, Vector], e: Vector, other: tuple[Vector, Vector], f: Vector) -> bool:
+    """Whether the arc of an edge e of A, and that of an edge f of B turned inside out, clearly have no point in common.
+
+    They cross where each has its ends on both sides of the other's great circle, and both are on one hemisphere.
+    """
+    (u, v), (s, t) = arc, other
+    if dot(u, f) * dot(v, f) > CLEARLY or dot(s, e) * dot(t, e) > CLEARLY:
+        return True
+    c = cross(e, f)
+    return (dot(u, c) + dot(v, c)) * (dot(s, c) + dot(t, c)) > CLEARLY
 
 
 @kernel
@@ -204,8 +215,11 @@ def widest_axis(
     size: float,
     listed_a: Scratch,
     listed_b: Scratch,
-) -> tuple[Vector, float]:
+) -> tuple[Vector, float, int, int]:
     """Unit direction from A to B along which the gap is widest, and that gap, if it is more than `gap` along `best`.
+
+    And whose it is: where the edge of A and that of B start in their geometries, or a face of A or of B in the placed
+    polytopes, the other being −1; −1 for both if it is that of neither.
 
     Parameters
     ----------
@@ -219,23 +233,25 @@ def widest_axis(
         Room for `LISTED` numbers for each edge of either.
     """
     blur, span = ROUNDING * size, 2.0 * ROOT_3 * size
-    face, wider = widest_face(a, b, geometry_b, pose_b, lowest(b, best), gap)
-    if face >= 0:
-        best, gap = three(a, face), wider
-    face, wider = widest_face(b, a, geometry_a, pose_a, farthest(a, best), gap)
-    if face >= 0:
-        best, gap = opposite(three(b, face)), wider
+    found_a, gap = widest_face(a, b, geometry_b, pose_b, lowest(b, best), gap)
+    if found_a >= 0:
+        best = three(a, found_a)
+    found_b, gap = widest_face(b, a, geometry_a, pose_a, farthest(a, best), gap)
+    if found_b >= 0:
+        best, found_a = opposite(three(b, found_b)), -1
     count_b = promising_edges(geometry_b, pose_b, b, a, gap, span, listed_b)
     count_a = promising_edges(geometry_a, pose_a, a, b, gap, span, listed_a) if count_b > 0 else 0
     for i in range(0, LISTED * count_a, LISTED):
         at, e = int(listed_a[i]), three(listed_a, i + 1)
-        p = vertex(a, int(geometry_a[at]))
+        p, arc = vertex(a, int(geometry_a[at])), _normals(geometry_a, at, a)
         for j in range(0, LISTED * count_b, LISTED):
             to, f = int(listed_b[j]), three(listed_b, j + 1)
-            if not _apart_on_sphere(geometry_a, at, a, f) and not _apart_on_sphere(geometry_b, to, b, e):
+            if not _miss_on_sphere(arc, e, _normals(geometry_b, to, b), f):
                 q = vertex(b, int(geometry_b[to]))
-                best, gap = _widest_of_pair(a, b, p, e, q, f, best, gap, blur)
-    return best, gap
+                n, wider = _widest_of_pair(a, b, p, e, q, f, best, gap, blur)
+                if wider > gap:
+                    best, gap, found_a, found_b = n, wider, at, to
+    return best, gap, found_a, found_b
 
 
 @kernel

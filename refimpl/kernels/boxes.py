@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from . import kernel
 from .axes import ROUNDING, crossed, three
-from .polytopes import BOX, CENTRE, FIRST, N_FACES, N_VERTICES, Row, Scratch
+from .polytopes import BOX, CENTRE, DIRECTORY, EDGES, FIRST, N_VERTICES, Row, Scratch
 from .polytopes_nearest import APART, nearest, on_first, on_second
 from .polytopes_pair import HERE, Answer, across_features, comes_later, touching_points, write
 from .vectors import Vector, cross, dot, length, minus, opposite, perpendicular, plus, times, unit_or
@@ -73,7 +73,7 @@ def set_frame(kind: int, row: Row, frame: Scratch) -> None:
 def set_corners(kind: int, frame: Row, offset: Vector, body: Scratch) -> float:
     """Corners of a frame with its centre at `offset`, as a placed polytope's; gives their largest coordinate."""
     sides = 2 if kind == SEGMENT else 8
-    body[N_VERTICES], body[N_FACES] = sides, 0.0 if kind == SEGMENT else BOX
+    body[N_VERTICES], body[EDGES], body[DIRECTORY] = sides, FIRST + 24, 0.0 if kind == SEGMENT else BOX
     _write(body, CENTRE, offset)
     u, v = times(frame[HALF], three(frame, AXES)), times(frame[HALF + 1], three(frame, AXES + 3))
     w, at, most = times(frame[HALF + 2], three(frame, AXES + 6)), FIRST, 0.0
@@ -161,7 +161,7 @@ def box_separations(
     listed: Scratch,
     answers: Sequence[Scratch],
 ) -> None:
-    """Answer a batch of rows of numbers of the given kinds, as `polytopes_pair.separations` does.
+    """Answer a batch of rows of numbers of the given kinds, as `polytopes_batch.separations` does.
 
     Of two of a kind, the one with the smaller numbers is put first, so that both orders give the same bits.
     """

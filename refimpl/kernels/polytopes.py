@@ -17,12 +17,13 @@ edge
     normals are apart.
 directory
     Of a polytope with many vertices: the vertex farthest along each of the directions through the cells of a
-    grid on the six sides of a cube. Others have none, and start it at 0.
+    grid on the six sides of a cube. Others have none, and start it at 0; a box, whose vertex number i lies ahead along
+    those of its three edges of which i has the bit, says `BOX`.
 
 A pose is a row of 13 numbers: where the geometry's origin lies, its rotation matrix row by row, and a factor, a power
 of two, by which all lengths of the geometry are multiplied. A placed polytope has the same layout without edges and
-directory; all lengths are then relative to one point near both polytopes of a pair, so that nothing is lost far
-from the world's origin.
+directory, but a box has its three half edges there; all lengths are then relative to one point near both polytopes of
+a pair, so that nothing is lost far from the world's origin.
 """
 
 from __future__ import annotations
@@ -37,8 +38,7 @@ FACE, EDGE, GRID = 6, 8, 8
 OFFSET, SEEN, GAP = 3, 4, 5
 LEFT, RIGHT, DIRECTION, CHORD = 2, 3, 4, 7
 BOX = -1.0
-"""Instead of a number of faces: a box, whose three half edges follow its vertices; vertex number i lies ahead along
-those of which i has the bit."""
+"""Instead of the start of a directory."""
 FACTOR = 12
 """Where a pose keeps its factor."""
 
@@ -69,8 +69,8 @@ def vertex(body: Row, i: int) -> Vector:
 def farthest(body: Row, n: Vector) -> int:
     """Index of the first vertex that is farthest along `n`."""
     x, y, z = n
-    if body[N_FACES] == BOX:
-        at = FIRST + 24
+    if body[DIRECTORY] == BOX:
+        at = first_edge(body)
         i = 1 if body[at] * x + body[at + 1] * y + body[at + 2] * z > 0.0 else 0
         i += 2 if body[at + 3] * x + body[at + 4] * y + body[at + 5] * z > 0.0 else 0
         return i + (4 if body[at + 6] * x + body[at + 7] * y + body[at + 8] * z > 0.0 else 0)
@@ -98,16 +98,6 @@ def gap_along(a: Row, b: Row, n: Vector) -> float:
 
 
 @kernel
-def reach(body: Row) -> float:
-    """Largest absolute coordinate of the vertices."""
-    most = 0.0
-    for at in range(FIRST, FIRST + 3 * int(body[N_VERTICES])):
-        here = abs(body[at])
-        most = here if here > most else most
-    return most
-
-
-@kernel
 def _turned(geometry: Row, at: int, pose: Row, factor: float, shift: Vector, body: Scratch) -> None:
     x, y, z = factor * geometry[at], factor * geometry[at + 1], factor * geometry[at + 2]
     body[at] = shift[0] + (pose[3] * x + pose[4] * y + pose[5] * z)
@@ -116,13 +106,36 @@ def _turned(geometry: Row, at: int, pose: Row, factor: float, shift: Vector, bod
 
 
 @kernel
-def place_vertices(geometry: Row, pose: Row, shift: Vector, body: Scratch) -> None:
-    """Write the turned vertices, and the turned centre, relative to the origin of the pose moved by −`shift`."""
+def _place_half_edges(geometry: Row, pose: Row, body: Scratch) -> None:
+    """Write the turned half edges of a box, from its first corner to those with one bit."""
+    half = 0.5 * pose[FACTOR]
+    for k in range(3):
+        to = FIRST + 3 * (1 << k)
+        x = half * (geometry[to] - geometry[FIRST])
+        y = half * (geometry[to + 1] - geometry[FIRST + 1])
+        z = half * (geometry[to + 2] - geometry[FIRST + 2])
+        at = first_edge(geometry) + 3 * k
+        body[at] = pose[3] * x + pose[4] * y + pose[5] * z
+        body[at + 1] = pose[6] * x + pose[7] * y + pose[8] * z
+        body[at + 2] = pose[9] * x + pose[10] * y + pose[11] * z
+
+
+@kernel
+def place_vertices(geometry: Row, pose: Row, shift: Vector, body: Scratch) -> float:
+    """Write the turned vertices, and the turned centre, relative to the origin of the pose moved by −`shift`.
+
+    Gives the largest absolute coordinate of the vertices.
+    """
     for i in range(FIRST):
         body[i] = geometry[i]
     _turned(geometry, CENTRE, pose, pose[FACTOR], shift, body)
+    most = 0.0
     for at in range(FIRST, FIRST + 3 * int(geometry[N_VERTICES]), 3):
         _turned(geometry, at, pose, pose[FACTOR], shift, body)
+        most = max(most, abs(body[at]), abs(body[at + 1]), abs(body[at + 2]))
+    if geometry[DIRECTORY] == BOX:
+        _place_half_edges(geometry, pose, body)
+    return most
 
 
 @kernel

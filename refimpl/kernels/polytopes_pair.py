@@ -3,7 +3,8 @@
 Every unit direction bounds the signed distance from below, by the gap along it, and every pair of points from above.
 Where the two bounds of the nearest points agree up to rounding, nothing is left to do. Otherwise the polytopes touch,
 nearly so, or overlap: the direction is taken from their features, which are known to full precision, and the widest
-gap wins. The witness points are then those at which B, moved along the direction until it touches, meets A.
+gap wins. The witness points are then those at which B, moved along the direction until it touches, meets A; most
+often the features that gave the direction tell them at once.
 """
 
 from __future__ import annotations
@@ -12,13 +13,31 @@ import math
 
 from . import kernel
 from .axes import ROUNDING, crossed, some_axis, three, widest_axis
-from .polytopes import CENTRE, Row, Scratch, gap_along, place_faces, place_vertices, reach, vertex
+from .polytopes import (
+    CENTRE,
+    FACE,
+    N_FACES,
+    OFFSET,
+    Row,
+    Scratch,
+    farthest,
+    first_face,
+    gap_along,
+    lowest,
+    place_faces,
+    place_vertices,
+    vertex,
+)
 from .polytopes_nearest import APART, ENTRY, MEETING, nearest, on_first, on_second
-from .vectors import Vector, dot, minus, opposite, times, unit_or, without
+from .vectors import Vector, along, cross, dot, minus, opposite, times, unit_or, without
 
 FEATURES = 36
 """Room for the directions of all edges of a simplex."""
 MOST_STARTS = 4
+PARALLEL = 2.0**-20
+"""Squared sine of the angle between two edges up to which they count as parallel, where that is the safe side."""
+CORNER = 2.0**-10
+"""Part of an edge at its ends that counts as its ends."""
 HERE = (0.0, 0.0, 0.0)
 Answer = tuple[float, Vector, Vector, Vector]
 """Signed distance; normal; witness points on A and on B."""
@@ -85,6 +104,51 @@ def touching_points(a: Row, b: Row, sigma: float, n: Vector, close: float, s: Sc
 
 
 @kernel
+def _within_face(body: Row, face: int, x: Vector, close: float) -> bool:
+    """Whether a point in a face's plane lies within the face, and clear of all others by `close`."""
+    start = first_face(body)
+    for at in range(start, start + FACE * int(body[N_FACES]), FACE):
+        if at != face and dot(three(body, at), x) - body[at + OFFSET] > -close:
+            return False
+    return face >= 0
+
+
+@kernel
+def _crossing(p: Vector, e: Vector, q: Vector, f: Vector) -> tuple[float, float]:
+    """Where the edges p + s·e and q + t·f are nearest, as s and t; −1 if they are nearly parallel."""
+    c, d = cross(e, f), minus(q, p)
+    square = dot(c, c)
+    if square <= PARALLEL * dot(e, e) * dot(f, f):
+        return -1.0, -1.0
+    return dot(cross(d, f), c) / square, dot(cross(d, e), c) / square
+
+
+@kernel
+def meeting_points(
+    geometry_a: Row, geometry_b: Row, a: Row, b: Row, sigma: float, n: Vector, of_a: int, of_b: int, close: float
+) -> tuple[bool, Vector, Vector]:
+    """Witness points where the features that gave the direction meet in their inside, and whether they do.
+
+    A face meets the lowest vertex of the other polytope, an edge another edge. `of_a` and `of_b` are what
+    `widest_axis` gives.
+    """
+    if of_b < 0:
+        y = vertex(b, lowest(b, n))
+        x = along(y, -sigma, n)
+        return _within_face(a, of_a, x, close), x, y
+    if of_a < 0:
+        x = vertex(a, farthest(a, n))
+        y = along(x, sigma, n)
+        return _within_face(b, of_b, y, close), x, y
+    p, q = vertex(a, int(geometry_a[of_a])), vertex(b, int(geometry_b[of_b]))
+    e, f = minus(vertex(a, int(geometry_a[of_a + 1])), p), minus(vertex(b, int(geometry_b[of_b + 1])), q)
+    s, t = _crossing(p, e, q, f)
+    inside = CORNER < s < 1.0 - CORNER and CORNER < t < 1.0 - CORNER
+    x = along(p, s, e)
+    return inside and abs(dot(minus(q, p), n) - sigma) <= close, x, along(x, sigma, n)
+
+
+@kernel
 def separation(
     geometry_a: Row,
     pose_a: Row,
@@ -108,9 +172,7 @@ def separation(
         Room for a simplex, and for the edges of each, which are lists of `FEATURES` numbers at least.
     """
     offset = (pose_b[0] - pose_a[0], pose_b[1] - pose_a[1], pose_b[2] - pose_a[2])
-    place_vertices(geometry_a, pose_a, HERE, a)
-    place_vertices(geometry_b, pose_b, offset, b)
-    size = max(reach(a), reach(b))
+    size = max(place_vertices(geometry_a, pose_a, HERE, a), place_vertices(geometry_b, pose_b, offset, b))
     blur = ROUNDING * size
     start = minus(three(b, CENTRE), three(a, CENTRE))
     status, k, w, upper = nearest(a, b, HERE, start, blur / 2, s)
@@ -129,7 +191,12 @@ def separation(
             here = gap_along(a, b, straight)
             if here > gap:
                 best, gap = straight, here
-        best, gap = widest_axis(geometry_a, pose_a, geometry_b, pose_b, a, b, best, gap, size, listed_a, listed_b)
+        best, gap, of_a, of_b = widest_axis(
+            geometry_a, pose_a, geometry_b, pose_b, a, b, best, gap, size, listed_a, listed_b
+        )
+        met, x, y = meeting_points(geometry_a, geometry_b, a, b, gap, best, of_a, of_b, 2.0 * blur)
+        if met:
+            return gap, best, x, y
     x, y = touching_points(a, b, gap, best, blur / 2, s)
     return gap, best, x, y
 

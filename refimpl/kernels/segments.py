@@ -105,7 +105,7 @@ def separation_of_segments(p: Vector, q: Vector, r: Vector, s: Vector) -> Answer
 
 @kernel
 def segment_separations(rows_a: Sequence[Row], rows_b: Sequence[Row], answers: Sequence[Scratch]) -> None:
-    """Answer a batch of rows p, q (and more), as `polytopes_pair.separations` does; the same bits in either order."""
+    """Answer a batch of rows p, q (and more), as `polytopes_batch.separations` does; the same bits in either order."""
     for i in range(len(rows_a)):
         turned = comes_later(rows_a[i], rows_b[i])
         a, b = rows_a[i], rows_b[i]
