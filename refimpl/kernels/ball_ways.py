@@ -1,0 +1,180 @@
+"""Short ways out of a solid for a ball that overlaps it.
+
+A ball is free exactly where the signed height of its centre above the solid is no less than its radius r. The height
+h changes no faster than the centre moves. So no way out from c is shorter than r − h(c), and along any direction,
+steps of r − h pass over no free place (Hart, Sphere Tracing, 1996). Over a flat face, or out of a convex solid, the way
+of that length along the height's slope is free, and nothing is left to search.
+
+Elsewhere other faces stand in the way. The plane through the point nearest to the centre, r beyond it, has no place of
+the ball on its far side that meets this face: each face that is met adds its plane, and the shortest move beyond all
+planes is tried next. From a free place the same step, begun with that place's own plane, leads to one that is no
+farther: a descent.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import MutableSequence, Sequence
+
+from . import kernel
+from .axes import three
+from .heights import Spot, height
+from .leastmove import LEVEL, NOWHERE, PLANE, shortest
+from .polytopes import Row, Scratch
+from .surface import OUTWARD
+from .vectors import Vector, dot, length, minus, plus, times
+
+ROUNDS = 24
+"""Planes that may stand in the way; a search that meets more is given up."""
+DESCENTS = 3
+STEPS = 16
+SLOPE = 1e-3
+"""A way that rises less than this against a plane is not cut short by it."""
+GAIN = 1.0 - 1e-9
+ROUNDING = 2.0**-49
+"""Part of the coordinates by which heights are rounded, and more."""
+
+Keys = MutableSequence[int]
+Way = tuple[Vector, Spot, bool]
+"""A move of the ball, what is near it there, and whether it is free."""
+
+
+@kernel
+def _normal(row: Row, spot: Spot) -> Vector:
+    """Direction in which the ball leaves the nearest face: from inside across the face, whatever its sides do."""
+    return spot[1] if spot[0] > 0.0 else three(row, spot[3] + OUTWARD)
+
+
+@kernel
+def _add(row: Row, ball: Row, spot: Spot, planes: Scratch, keys: Keys, count: int) -> int:
+    """Add or renew the plane of the face that is nearest to the ball."""
+    place = 0
+    while place < count and keys[place] != spot[3]:
+        place += 1
+    n = _normal(row, spot)
+    at = PLANE * place
+    planes[at], planes[at + 1], planes[at + 2] = n
+    planes[at + LEVEL] = dot(n, minus(spot[2], three(ball, 0))) + ball[3]
+    keys[place] = spot[3]
+    return max(count, place + 1)
+
+
+@kernel
+def _freed(
+    row: Row, ball: Row, blur: float, limit: float, count: int, planes: Scratch, keys: Keys, stack: Scratch
+) -> Way:
+    """Let faces that are met add their planes until none is, unless the move becomes longer than `limit`."""
+    t, spot = NOWHERE, (0.0, NOWHERE, NOWHERE, 0, True)
+    for _ in range(ROUNDS):
+        t, _, possible = shortest(planes, count)
+        if not possible or not length(t) < limit:
+            break
+        spot = height(row, plus(three(ball, 0), t), 0, stack)
+        if spot[0] >= ball[3] - blur:
+            return t, spot, True
+        if count == ROUNDS:
+            break
+        count = _add(row, ball, spot, planes, keys, count)
+    return t, spot, False
+
+
+@kernel
+def _descended(row: Row, ball: Row, blur: float, way: Way, planes: Scratch, keys: Keys, stack: Scratch) -> Way:
+    """Shorten a free way, as long as that gains something."""
+    for _ in range(DESCENTS):
+        count = _add(row, ball, way[1], planes, keys, 0)
+        better = _freed(row, ball, blur, GAIN * length(way[0]), count, planes, keys, stack)
+        if not better[2]:
+            break
+        way = better
+    return way
+
+
+@kernel
+def _marched(row: Row, ball: Row, blur: float, here: Spot, d: Vector, limit: float, stack: Scratch) -> Way:
+    """First free place along a direction, found by planes where they rise, else by steps of r − h."""
+    s, t = 0.0, NOWHERE
+    for _ in range(STEPS):
+        lack = ball[3] - here[0]
+        slope = dot(_normal(row, here), d)
+        s += lack / slope if slope > SLOPE else lack
+        if not s < limit:
+            break
+        t = times(s, d)
+        here = height(row, plus(three(ball, 0), t), 0, stack)
+        if here[0] >= ball[3] - blur:
+            return t, here, True
+    return t, here, False
+
+
+@kernel
+def _drawn_back(row: Row, ball: Row, blur: float, way: Way, stack: Scratch) -> Way:
+    """Shorten a free way while it ends above the surface: so much nearer, the ball is still free."""
+    for _ in range(STEPS):
+        t, spot, _ = way
+        size, spare = length(t), spot[0] - ball[3]
+        if not spare > blur or not size > spare:
+            break
+        t = times((size - spare) / size, t)
+        spot = height(row, plus(three(ball, 0), t), 0, stack)
+        if spot[0] < ball[3] - blur:
+            break
+        way = (t, spot, True)
+    return way
+
+
+@kernel
+def way_out(
+    row: Row, ball: Row, directions: Sequence[Row], planes: Scratch, keys: Keys, stack: Scratch
+) -> tuple[Way, float]:
+    """A short way out of the solid for a ball that overlaps it, and a length below which there is none.
+
+    Parameters
+    ----------
+    ball
+        Centre and radius.
+    directions
+        Unit vectors to try, and how far along each the solid reaches.
+    """
+    c, r = three(ball, 0), ball[3]
+    blur = ROUNDING * (max(abs(c[0]), abs(c[1]), abs(c[2])) + r + 1.0)
+    here = height(row, c, 0, stack)
+    lower = r - here[0]
+    count = _add(row, ball, here, planes, keys, 0)
+    way = _freed(row, ball, blur, math.inf, count, planes, keys, stack)
+    if way[2]:
+        way = _descended(row, ball, blur, way, planes, keys, stack)
+    best = length(way[0]) if way[2] else math.inf
+    if best > lower + 2.0 * blur:
+        for i in range(len(directions)):
+            d = three(directions[i], 0)
+            enough = directions[i][3] - dot(d, c) + r
+            if enough < best:
+                t = times(enough, d)
+                way, best = (t, height(row, plus(c, t), 0, stack), True), enough
+        for i in range(len(directions)):
+            other = _marched(row, ball, blur, here, three(directions[i], 0), best, stack)
+            if other[2]:
+                way = _descended(row, ball, blur, other, planes, keys, stack)
+                best = length(way[0])
+        way = _drawn_back(row, ball, blur, way, stack)
+    return way, lower
+
+
+@kernel
+def ways_out(
+    row: Row,
+    balls: Sequence[Row],
+    directions: Sequence[Row],
+    answers: Sequence[Scratch],
+    planes: Scratch,
+    keys: Keys,
+    stack: Scratch,
+) -> None:
+    """Answer a batch: length of the way out, and of none shorter; the move; the point of the surface touched there."""
+    for i in range(len(balls)):
+        (t, spot, _), lower = way_out(row, balls[i], directions, planes, keys, stack)
+        answer, depth = answers[i], length(t) + max(0.0, balls[i][3] - spot[0])
+        answer[0], answer[1] = depth, min(lower, depth)
+        answer[2], answer[3], answer[4] = t
+        answer[5], answer[6], answer[7] = spot[2]
