@@ -21,15 +21,13 @@ from .axes import three
 from .heights import Spot, height
 from .leastmove import LEVEL, NOWHERE, PLANE, shortest
 from .polytopes import Row, Scratch
-from .surface import OUTWARD
-from .vectors import Vector, dot, length, minus, plus, times
+from .surface import OUTWARD, foot_on_face
+from .vectors import Vector, dot, length, minus, plus, times, unit_or
 
 ROUNDS = 24
 """Planes that may stand in the way; a search that meets more is given up."""
-DESCENTS = 3
+DESCENTS = 10
 STEPS = 16
-SLOPE = 1e-3
-"""A way that rises less than this against a plane is not cut short by it."""
 GAIN = 1.0 - 1e-9
 ROUNDING = 2.0**-49
 """Part of the coordinates by which heights are rounded, and more."""
@@ -46,23 +44,38 @@ def _normal(row: Row, spot: Spot) -> Vector:
 
 
 @kernel
+def _put(ball: Row, n: Vector, foot: Vector, place: int, planes: Scratch) -> None:
+    """Write the plane across `n`, r beyond a point of the surface, for moves of the ball."""
+    at = PLANE * place
+    planes[at], planes[at + 1], planes[at + 2] = n
+    planes[at + LEVEL] = dot(n, minus(foot, three(ball, 0))) + ball[3]
+
+
+@kernel
 def _add(row: Row, ball: Row, spot: Spot, planes: Scratch, keys: Keys, count: int) -> int:
-    """Add or renew the plane of the face that is nearest to the ball."""
+    """Add or renew the plane of the face that is nearest to the ball; how many there are then."""
     place = 0
     while place < count and keys[place] != spot[3]:
         place += 1
-    n = _normal(row, spot)
-    at = PLANE * place
-    planes[at], planes[at + 1], planes[at + 2] = n
-    planes[at + LEVEL] = dot(n, minus(spot[2], three(ball, 0))) + ball[3]
+    _put(ball, _normal(row, spot), spot[2], place, planes)
     keys[place] = spot[3]
     return max(count, place + 1)
 
 
 @kernel
+def _renewed(row: Row, ball: Row, way: Way, planes: Scratch, keys: Keys, count: int) -> int:
+    """Renew the planes of all faces that were met, at a free place, which is beyond all of them then."""
+    p = plus(three(ball, 0), way[0])
+    for place in range(count):
+        foot = foot_on_face(row, keys[place], p)
+        _put(ball, unit_or(minus(p, foot), three(row, keys[place] + OUTWARD)), foot, place, planes)
+    return _add(row, ball, way[1], planes, keys, count) if count < ROUNDS else count
+
+
+@kernel
 def _freed(
     row: Row, ball: Row, blur: float, limit: float, count: int, planes: Scratch, keys: Keys, stack: Scratch
-) -> Way:
+) -> tuple[Way, int]:
     """Let faces that are met add their planes until none is, unless the move becomes longer than `limit`."""
     t, spot = NOWHERE, (0.0, NOWHERE, NOWHERE, 0, True)
     for _ in range(ROUNDS):
@@ -71,40 +84,55 @@ def _freed(
             break
         spot = height(row, plus(three(ball, 0), t), 0, stack)
         if spot[0] >= ball[3] - blur:
-            return t, spot, True
+            return (t, spot, True), count
         if count == ROUNDS:
             break
         count = _add(row, ball, spot, planes, keys, count)
-    return t, spot, False
+    return (t, spot, False), count
 
 
 @kernel
-def _descended(row: Row, ball: Row, blur: float, way: Way, planes: Scratch, keys: Keys, stack: Scratch) -> Way:
-    """Shorten a free way, as long as that gains something."""
+def _descended(
+    row: Row, ball: Row, blur: float, way: Way, count: int, planes: Scratch, keys: Keys, stack: Scratch
+) -> Way:
+    """Shorten a free way, as long as that gains something, or faces are met that were not known."""
     for _ in range(DESCENTS):
-        count = _add(row, ball, way[1], planes, keys, 0)
-        better = _freed(row, ball, blur, GAIN * length(way[0]), count, planes, keys, stack)
-        if not better[2]:
+        count = _renewed(row, ball, way, planes, keys, count)
+        better, met = _freed(row, ball, blur, GAIN * length(way[0]), count, planes, keys, stack)
+        if better[2]:
+            way = better
+        elif met == count:
             break
-        way = better
+        count = met
     return way
 
 
 @kernel
-def _marched(row: Row, ball: Row, blur: float, here: Spot, d: Vector, limit: float, stack: Scratch) -> Way:
-    """First free place along a direction, found by planes where they rise, else by steps of r − h."""
+def _step(ball: Row, p: Vector, spot: Spot, d: Vector) -> float:
+    """How far a ball whose centre is at `p` has to move along a direction for certain before it is free.
+
+    From outside, until the nearest point of the surface is r away; from inside, by r − h.
+    """
+    if not spot[0] > 0.0:
+        return ball[3] - spot[0]
+    aside = minus(p, spot[2])
+    rise = dot(aside, d)
+    return math.sqrt(max(rise * rise + (ball[3] - spot[0]) * (ball[3] + spot[0]), 0.0)) - rise
+
+
+@kernel
+def _marched(row: Row, ball: Row, blur: float, spot: Spot, d: Vector, limit: float, stack: Scratch) -> Way:
+    """First free place along a direction, by steps that pass over none."""
     s, t = 0.0, NOWHERE
     for _ in range(STEPS):
-        lack = ball[3] - here[0]
-        slope = dot(_normal(row, here), d)
-        s += lack / slope if slope > SLOPE else lack
+        s += _step(ball, plus(three(ball, 0), t), spot, d)
         if not s < limit:
             break
         t = times(s, d)
-        here = height(row, plus(three(ball, 0), t), 0, stack)
-        if here[0] >= ball[3] - blur:
-            return t, here, True
-    return t, here, False
+        spot = height(row, plus(three(ball, 0), t), 0, stack)
+        if spot[0] >= ball[3] - blur:
+            return t, spot, True
+    return t, spot, False
 
 
 @kernel
@@ -119,7 +147,7 @@ def _drawn_back(row: Row, ball: Row, blur: float, way: Way, stack: Scratch) -> W
         spot = height(row, plus(three(ball, 0), t), 0, stack)
         if spot[0] < ball[3] - blur:
             break
-        way = (t, spot, True)
+        way = (t, spot, way[2])
     return way
 
 
@@ -141,10 +169,11 @@ def way_out(
     here = height(row, c, 0, stack)
     lower = r - here[0]
     count = _add(row, ball, here, planes, keys, 0)
-    way = _freed(row, ball, blur, math.inf, count, planes, keys, stack)
+    way, count = _freed(row, ball, blur, math.inf, count, planes, keys, stack)
+    best = math.inf
     if way[2]:
-        way = _descended(row, ball, blur, way, planes, keys, stack)
-    best = length(way[0]) if way[2] else math.inf
+        way = _descended(row, ball, blur, way, count, planes, keys, stack)
+        best = length(way[0])
     if best > lower + 2.0 * blur:
         for i in range(len(directions)):
             d = three(directions[i], 0)
@@ -155,7 +184,7 @@ def way_out(
         for i in range(len(directions)):
             other = _marched(row, ball, blur, here, three(directions[i], 0), best, stack)
             if other[2]:
-                way = _descended(row, ball, blur, other, planes, keys, stack)
+                way = _descended(row, ball, blur, other, 0, planes, keys, stack)
                 best = length(way[0])
         way = _drawn_back(row, ball, blur, way, stack)
     return way, lower

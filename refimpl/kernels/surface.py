@@ -26,6 +26,8 @@ from .vectors import Vector, along, dot, length, minus, times, unit_or
 LEAVES, RUNS, FACES, NODES = 0, 1, 2, 3
 NODE, FACE = 6, 22
 ALONG, UP, OUTWARD, LENGTH, HEIGHT, APEX, NUMBER = 9, 12, 15, 18, 19, 20, 21
+NOISE = 2.0**-44
+"""Part of the coordinates by which an offset may miss the multiple of a unit normal that it is said to be."""
 STACK = 128
 """Room for the nodes that wait, two numbers each: no more than one a level."""
 
@@ -137,25 +139,28 @@ def foot_on_face(row: Row, at: int, p: Vector) -> Vector:
 
 
 @kernel
-def _error(row: Row, at: int, p: Vector, side: float, offset: Vector, gap: float, n: Vector) -> float:
-    """How badly `n` serves as the normal at the nearest point: it should point along the way, and clear the face."""
+def _shortfall(row: Row, at: int, p: Vector, side: float, gap: float, n: Vector) -> float:
+    """By how much the plane across `n` through the nearest point fails to have its face on one side."""
     least = math.inf
     for i in range(3):
         least = min(least, side * dot(minus(p, three(row, at + 3 * i)), n))
-    return (gap - least) + length(minus(offset, times(gap, n)))
+    return gap - least
 
 
 @kernel
 def outward_at(row: Row, at: int, p: Vector, foot: Vector, side: float) -> Vector:
     """Unit normal, outwards, at the point of the surface nearest to `p`, which is outside (`side` 1) or inside (−1).
 
-    It is the direction between the two points, but where they are so near each other that this is noise: then it is
-    the face's.
+    It is the direction between the two points. Where the face's own normal says the same, but for what rounding may
+    have done to a short way between them, the better of both counts.
     """
     face = three(row, at + OUTWARD)
     offset = times(side, minus(p, foot))
     straight = unit_or(offset, face)
     gap = length(offset)
-    if _error(row, at, p, side, offset, gap, straight) < _error(row, at, p, side, offset, gap, face):
+    aside = length(minus(offset, times(gap, face)))
+    if aside > NOISE * (1.0 + max(abs(p[0]), abs(p[1]), abs(p[2]))):
+        return straight
+    if _shortfall(row, at, p, side, gap, straight) < _shortfall(row, at, p, side, gap, face) + aside:
         return straight
     return face
