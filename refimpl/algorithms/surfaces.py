@@ -13,7 +13,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from refimpl.compiling import buffer, is_compiled, module_for, numbers
-from refimpl.kernels.ball_ways import ROUNDS
+from refimpl.kernels.ball_ways import ROUNDS, WAY
+from refimpl.kernels.heights import SPOT
 from refimpl.kernels.leastmove import PLANE
 from refimpl.kernels.surface import NODES, STACK
 from refimpl.linear import (
@@ -44,6 +45,8 @@ FAR = 400
 """Points farther away than 2^FAR times the solid's size are measured in a larger unit, or their squares overflow."""
 CELLS = 2**16
 """Points times faces that are looked at together."""
+LENGTHS = [0, 4, 5, 6]
+"""Of what is said of a point (`refimpl.kernels.heights`), the lengths."""
 LOOKS = 16
 """How often a search for a way out asks for a height."""
 
@@ -113,6 +116,9 @@ def _by_unit(solid: Solid, points: Array) -> Iterator[tuple[Indices, Surface]]:
     """Points that are measured in one unit, and the solid in it. Nearly always all in that of the solid's size."""
     own = int(power_of_two(np.asarray(solid.extent)))
     far = power_of_two(largest(points)) - FAR
+    if np.all(far <= own):
+        yield np.arange(len(points)), surface_of(solid, own)
+        return
     exponents = np.where(far > own, (far + FAR - 1) // FAR * FAR, own)
     for exponent in np.unique(exponents).tolist():
         yield np.flatnonzero(exponents == exponent), surface_of(solid, exponent)
@@ -130,25 +136,30 @@ def points_surface(solid: Solid, points: Array) -> tuple[Array, Array, Array]:
     points : (n, 3)
         In the solid's frame.
     """
-    gap, foot, normal = np.empty(len(points)), np.empty((len(points), 3)), np.empty((len(points), 3))
+    found = np.empty((len(points), SPOT))
     for rows, surface in _by_unit(solid, points):
-        some = np.ldexp(points[rows], -surface.exponent)
-        found = _heights(surface, some, np.zeros(len(rows), dtype=np.int64))
-        unsure = np.flatnonzero(found[:, 7] == 0)
-        if len(unsure):
-            sides = np.where(_inside(solid, points[rows[unsure]]), -1, 1)
-            found[unsure] = _heights(surface, some[unsure], sides)
-        gap[rows], foot[rows] = np.ldexp(found[:, 0], surface.exponent), np.ldexp(found[:, 4:7], surface.exponent)
-        normal[rows] = found[:, 1:4]
-    return gap, foot, normal
+        spots = _spots(solid, surface, np.ldexp(points[rows], -surface.exponent))
+        spots[:, LENGTHS] = np.ldexp(spots[:, LENGTHS], surface.exponent)
+        found[rows] = spots
+    return found[:, 0], found[:, 4:7], found[:, 1:4]
+
+
+def _spots(solid: Solid, surface: Surface, points: Array) -> Array:
+    """What is near points, in the surface's unit; see `refimpl.kernels.heights`."""
+    found = _heights(surface, points, np.zeros(len(points), dtype=np.int64))
+    unsure = np.flatnonzero(found[:, 7] == 0)
+    if len(unsure):
+        inside = _inside(solid, np.ldexp(points[unsure], surface.exponent))
+        found[unsure] = _heights(surface, points[unsure], np.where(inside, -1, 1))
+    return found
 
 
 def _heights(surface: Surface, points: Array, sides: Any) -> Array:
     module = module_for("heights", len(points))
     row = surface.row if is_compiled(module) else surface.lists[0]
-    answers = numbers(np.zeros((len(points), 8)), module)
+    answers = numbers(np.zeros((len(points), SPOT)), module)
     module.heights(row, numbers(points, module), numbers(sides, module), answers, buffer(STACK, module))
-    return np.array(answers).reshape(len(points), 8)
+    return np.array(answers).reshape(len(points), SPOT)
 
 
 def _inside(solid: Solid, points: Array) -> Bools:
@@ -209,49 +220,36 @@ def balls_mesh(ball: Sphere, mesh: Polyhedron) -> tuple[Separation, Array]:
     Apart, that of the centre less the radius. Overlapping, minus the length of the shortest translation found; it is
     the depth itself over a face, and wherever else the two lengths agree.
     """
-    found = mesh_heights(ball.center, mesh)
-    gap = found.distance - ball.radius
-    answer = Separation(gap, ball.center + scale(ball.radius, found.normal), found.on_b, found.normal)
-    lower = np.maximum(0.0, -gap)
+    turn, solid = rotation_matrix(mesh.rotation), mesh.solid
+    balls = np.concatenate([apply_inverse(turn, ball.center - mesh.position), ball.radius[:, None]], axis=1)
+    found = np.empty((len(ball), WAY))
+    for rows, surface in _by_unit(solid, balls):
+        answers = _balls(solid, surface, np.ldexp(balls[rows], -surface.exponent))
+        answers[:, :5] = np.ldexp(answers[:, :5], surface.exponent)
+        found[rows] = answers
+    gap, normal, on_b = found[:, 0], -apply(turn, found[:, 5:8]), apply(turn, found[:, 2:5]) + mesh.position
+    over = scale(ball.radius, normal)
+    on_a = np.where((gap < 0)[:, None], on_b - scale(gap, normal), ball.center + over)
+    return Separation(gap, on_a, on_b, normal), found[:, 1]
+
+
+def _balls(solid: Solid, surface: Surface, balls: Array) -> Array:
+    """Signed distances of balls from a solid, least lengths of ways out, points of the surface, outward normals."""
+    spots = _spots(solid, surface, balls[:, :3])
+    gap = spots[:, 0] - balls[:, 3]
+    found = np.concatenate([gap[:, None], np.maximum(0.0, -gap)[:, None], spots[:, 4:7], spots[:, 1:4]], axis=1)
     deep = np.flatnonzero(gap < 0)
     if len(deep):
-        columns = [np.array(getattr(answer, name)) for name in ("distance", "on_a", "on_b", "normal")]
-        *better, lower[deep] = _out_of_mesh(ball[deep], mesh[deep], answer[deep])
-        for column, values in zip(columns, better, strict=True):
-            column[deep] = values
-        answer = Separation(*columns)
-    return answer, lower
+        ways = _ways_out(surface, balls[deep], spots[deep])
+        found[deep, 0], found[deep, 1:5] = -ways[:, 0], ways[:, 1:5]
+        found[deep, 5:8] = unit_or(ways[:, 5:8], found[deep, 5:8])[0]
+    return found
 
 
-def _out_of_mesh(ball: Sphere, mesh: Polyhedron, over: Separation) -> tuple[Array, Array, Array, Array, Array]:
-    """Distance, witness points and normal of balls that overlap polyhedra, and the lower bounds of their depths.
-
-    Parameters
-    ----------
-    over
-        What would be answered if the nearest face were the only one.
-    """
-    turn, solid, count = rotation_matrix(mesh.rotation), mesh.solid, len(ball)
-    center = apply_inverse(turn, ball.center - mesh.position)
-    found = np.empty((count, 8))
-    for rows, surface in _by_unit(solid, np.concatenate([center, ball.radius[:, None]], axis=1)):
-        balls = np.ldexp(np.concatenate([center[rows], ball.radius[rows, None]], axis=1), -surface.exponent)
-        answers = _ways_out(surface, balls)
-        found[rows] = np.ldexp(answers, surface.exponent)
-    depth, lower, move, foot = found[:, 0], found[:, 1], apply(turn, found[:, 2:5]), found[:, 5:8]
-    normal, _ = unit_or(-move, over.normal)
-    on_b = apply(turn, foot) + mesh.position
-    return -depth, on_b + scale(depth, normal), on_b, normal, lower
-
-
-def _ways_out(surface: Surface, balls: Array) -> Array:
+def _ways_out(surface: Surface, balls: Array, spots: Array) -> Array:
     module = module_for("ball_ways", LOOKS * len(balls))
     row, directions = (surface.row, surface.directions) if is_compiled(module) else surface.lists
-    answers = numbers(np.zeros((len(balls), 8)), module)
-    planes, keys, stack = (
-        buffer(PLANE * ROUNDS, module),
-        buffer(ROUNDS, module, whole=True),
-        buffer(STACK, module),
-    )
-    module.ways_out(row, numbers(balls, module), directions, answers, planes, keys, stack)
-    return np.array(answers).reshape(len(balls), 8)
+    answers = numbers(np.zeros((len(balls), WAY)), module)
+    room = buffer(PLANE * ROUNDS, module), buffer(ROUNDS, module, whole=True), buffer(STACK, module)
+    module.ways_out(row, numbers(balls, module), numbers(spots, module), directions, answers, *room)
+    return np.array(answers).reshape(len(balls), WAY)

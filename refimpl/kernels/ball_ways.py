@@ -28,9 +28,14 @@ ROUNDS = 24
 """Planes that may stand in the way; a search that meets more is given up."""
 DESCENTS = 10
 STEPS = 16
+DETOUR = 1.25
+"""A way this much longer than the best may still lead, by descent, to a shorter one."""
 GAIN = 1.0 - 1e-9
 ROUNDING = 2.0**-49
 """Part of the coordinates by which heights are rounded, and more."""
+
+WAY = 8
+"""Numbers of an answer."""
 
 Keys = MutableSequence[int]
 Way = tuple[Vector, Spot, bool]
@@ -153,7 +158,7 @@ def _drawn_back(row: Row, ball: Row, blur: float, way: Way, stack: Scratch) -> W
 
 @kernel
 def way_out(
-    row: Row, ball: Row, directions: Sequence[Row], planes: Scratch, keys: Keys, stack: Scratch
+    row: Row, ball: Row, here: Spot, directions: Sequence[Row], planes: Scratch, keys: Keys, stack: Scratch
 ) -> tuple[Way, float]:
     """A short way out of the solid for a ball that overlaps it, and a length below which there is none.
 
@@ -161,12 +166,13 @@ def way_out(
     ----------
     ball
         Centre and radius.
+    here
+        What is near the centre.
     directions
         Unit vectors to try, and how far along each the solid reaches.
     """
     c, r = three(ball, 0), ball[3]
     blur = ROUNDING * (max(abs(c[0]), abs(c[1]), abs(c[2])) + r + 1.0)
-    here = height(row, c, 0, stack)
     lower = r - here[0]
     count = _add(row, ball, here, planes, keys, 0)
     way, count = _freed(row, ball, blur, math.inf, count, planes, keys, stack)
@@ -182,10 +188,11 @@ def way_out(
                 t = times(enough, d)
                 way, best = (t, height(row, plus(c, t), 0, stack), True), enough
         for i in range(len(directions)):
-            other = _marched(row, ball, blur, here, three(directions[i], 0), best, stack)
+            other = _marched(row, ball, blur, here, three(directions[i], 0), DETOUR * best, stack)
             if other[2]:
-                way = _descended(row, ball, blur, other, 0, planes, keys, stack)
-                best = length(way[0])
+                other = _descended(row, ball, blur, other, 0, planes, keys, stack)
+                if length(other[0]) < best:
+                    way, best = other, length(other[0])
         way = _drawn_back(row, ball, blur, way, stack)
     return way, lower
 
@@ -194,16 +201,19 @@ def way_out(
 def ways_out(
     row: Row,
     balls: Sequence[Row],
+    spots: Sequence[Row],
     directions: Sequence[Row],
     answers: Sequence[Scratch],
     planes: Scratch,
     keys: Keys,
     stack: Scratch,
 ) -> None:
-    """Answer a batch: length of the way out, and of none shorter; the move; the point of the surface touched there."""
+    """Answer a batch: depth, least length of a way out, point of the surface touched at its end, the way itself."""
     for i in range(len(balls)):
-        (t, spot, _), lower = way_out(row, balls[i], directions, planes, keys, stack)
-        answer, depth = answers[i], length(t) + max(0.0, balls[i][3] - spot[0])
+        spot, answer = spots[i], answers[i]
+        here = (spot[0], three(spot, 1), three(spot, 4), int(spot[8]), spot[7] > 0.0)
+        (t, there, _), lower = way_out(row, balls[i], here, directions, planes, keys, stack)
+        depth = length(t) + max(0.0, balls[i][3] - there[0])
         answer[0], answer[1] = depth, min(lower, depth)
-        answer[2], answer[3], answer[4] = t
-        answer[5], answer[6], answer[7] = spot[2]
+        answer[2], answer[3], answer[4] = there[2]
+        answer[5], answer[6], answer[7] = t

@@ -14,6 +14,8 @@ from .windings import inside
 Spot = tuple[float, Vector, Vector, int, bool]
 """Signed distance of a point; unit normal, outwards, at the nearest point of the surface; that point; where its face is
 in the row; whether it is certain on which side of the surface the point is."""
+SPOT = 9
+"""The same as a row: distance, normal, point, 1 or 0 for certain or not, place of the face."""
 
 
 @kernel
@@ -36,9 +38,10 @@ def height(row: Row, p: Vector, side: int, stack: Scratch) -> Spot:
 
 @kernel
 def heights(row: Row, points: Sequence[Row], sides: Sequence[int], answers: Sequence[Scratch], stack: Scratch) -> None:
-    """Answer a batch of points: signed distance, normal, nearest point, and 1 where its sign is certain; 8 numbers."""
+    """Answer a batch of points by a row `SPOT` each."""
     for i in range(len(points)):
-        sigma, n, foot, _, sure = height(row, three(points[i], 0), sides[i], stack)
+        sigma, n, foot, at, sure = height(row, three(points[i], 0), sides[i], stack)
         answer = answers[i]
         answer[0], answer[1], answer[2], answer[3] = sigma, n[0], n[1], n[2]
         answer[4], answer[5], answer[6], answer[7] = foot[0], foot[1], foot[2], 1.0 if sure else 0.0
+        answer[8] = at
