@@ -98,25 +98,6 @@ class BoxTree:
         key = center[np.arange(len(center)), np.argmax(spread, axis=1)[run]]
         self.order = self.order[np.lexsort((key, run))]
 
-    def nearest_to(self, p: Array) -> tuple[Indices, Array]:
-        """Items that can be nearest to a point, and the distances of their boxes from it, in that order.
-
-        Two steps are enough: about as many nodes as the root of the number of items, then the items themselves.
-        """
-        last = len(self.levels) - 1
-        middle = (last + 3) // 2
-        if middle < last:
-            nodes, _ = _nearest_boxes(self.levels[middle], p)
-            first, after = self.bounds[middle][nodes], self.bounds[middle][nodes + 1]
-            size = after - first
-            place = np.repeat(first - np.cumsum(size) + size, size)
-            items = self.order[place + np.arange(len(place))]
-        else:
-            items = np.arange(len(self.order))
-        chosen, gap = _nearest_boxes(self.items.at(items), p)
-        order = np.argsort(gap, kind="stable")
-        return items[chosen[order]], gap[order]
-
     def runs(self, nodes: Indices) -> tuple[Indices, Indices]:
         """Items of nodes of the last level, and for each the place of its node in `nodes`."""
         start, stop = self.bounds[-1][nodes], self.bounds[-1][nodes + 1]
@@ -124,14 +105,6 @@ class BoxTree:
         place = np.repeat(np.arange(len(nodes)), size)
         within = np.arange(len(place)) - np.repeat(np.cumsum(size) - size, size)
         return self.order[start[place] + within], place
-
-
-def _nearest_boxes(boxes: Boxes, p: Array) -> tuple[Indices, Array]:
-    """Boxes that can hold the nearest of what they are around, and their distances from a point."""
-    way = np.abs(p - boxes.center)
-    gap = norm(np.maximum(way - boxes.half, 0.0))
-    keep = np.flatnonzero(gap <= np.min(norm(way + boxes.half)) * (1 + SLACK))
-    return keep, gap[keep]
 
 
 def meeting_pairs(tree: BoxTree) -> tuple[Indices, Indices]:

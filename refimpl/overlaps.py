@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from refimpl.algorithms.surfaces import point_surface, points_surface
+from refimpl.algorithms.surfaces import balls_mesh, mesh_heights, points_mesh, points_surface
 from refimpl.atoms import leaves
 from refimpl.compiling import batch_of
 from refimpl.escapes import Look, Pairs, Ways, escape, joined_pairs, push, touching
@@ -53,36 +53,20 @@ class Overlaps:
 
 def resolve(a: Proxy, b: Proxy) -> Overlaps:
     """Answer for two batches of proxies with one axis, of which one at least holds unions."""
-    known, decided = _by_surface(a, b)
-    rest = np.flatnonzero(~decided)
-    if not len(rest):
-        return Overlaps(known, np.maximum(0.0, -known.distance), joined_pairs([]))
-    if not len(rest) < len(a):
-        return _by_atoms(a, b)
-    others = _by_atoms(a[rest], b[rest])
-    columns = []
-    for name in NAMES:
-        column = getattr(known, name).copy()
-        column[rest] = getattr(others.separation, name)
-        columns.append(column)
-    lower = np.maximum(0.0, -known.distance)
-    lower[rest] = others.lower
-    return Overlaps(Separation(*columns), lower, others.contacts._replace(row=rest[others.contacts.row]))
+    known = _by_surface(a, b)
+    return _by_atoms(a, b) if known is None else Overlaps(*known, joined_pairs([]))
 
 
-def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Bools]:
-    """Points, and balls that are apart, against polyhedra, by the surface; and which rows these are."""
+def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Array] | None:
+    """Points and balls against polyhedra, by the surface: answers, and lower bounds of depths. None for other pairs."""
     if isinstance(a, Polyhedron) and isinstance(b, Point | Sphere):
-        found, decided = _by_surface(b, a)
-        return found.flipped(), decided
-    if isinstance(b, Polyhedron) and isinstance(a, Point):
-        return mesh_heights(a.position, b), np.ones(len(a), dtype=bool)
+        found, lower = balls_mesh(b, a) if isinstance(b, Sphere) else points_mesh(b, a)
+        return found.flipped(), lower
     if isinstance(b, Polyhedron) and isinstance(a, Sphere):
-        found = mesh_heights(a.center, b)
-        gap = found.distance - a.radius
-        return Separation(gap, a.center + scale(a.radius, found.normal), found.on_b, found.normal), gap >= 0
-    none = np.full((len(a), 3), np.nan)
-    return Separation(none[:, 0], none, none, none), np.zeros(len(a), dtype=bool)
+        return balls_mesh(a, b)
+    if isinstance(b, Polyhedron) and isinstance(a, Point):
+        return points_mesh(a, b)
+    return None
 
 
 def _by_atoms(a: Proxy, b: Proxy) -> Overlaps:
@@ -110,12 +94,11 @@ def _by_atoms(a: Proxy, b: Proxy) -> Overlaps:
 
 def meet(a: Proxy, b: Proxy) -> Bools:
     """Whether two batches have points in common, row by row."""
-    known, decided = _by_surface(a, b)
-    if np.any(decided):
-        rest = np.flatnonzero(~decided)
-        hit = known.distance <= 0
-        hit[rest] = meet_atoms(a[rest], b[rest]) if len(rest) else False
-        return hit
+    for x, y in ((a, b), (b, a)):
+        if isinstance(x, Point) and isinstance(y, Polyhedron):
+            return np.asarray(mesh_heights(x.position, y).distance <= 0)
+        if isinstance(x, Sphere) and isinstance(y, Polyhedron):
+            return np.asarray(mesh_heights(x.center, y).distance <= x.radius)
     return meet_atoms(a, b)
 
 
@@ -253,14 +236,6 @@ def _height(p: Array, shape: Proxy) -> Array:
     return np.asarray(np.min(found, axis=0))
 
 
-def mesh_heights(p: Array, mesh: Polyhedron) -> Separation:
-    """Signed distances of points from polyhedra, exact on both sides of the surface; points first."""
-    turn = rotation_matrix(mesh.rotation)
-    local = apply_inverse(turn, p - mesh.position)
-    gap, foot, outward = points_surface(mesh.solid, local)
-    return Separation(gap, p, apply(turn, foot) + mesh.position, -apply(turn, outward))
-
-
 def _swallowed(a: Proxy, b: Proxy, near: Pairs) -> Bools:
     """Rows without meeting surfaces in which a part of one union has a point within a polyhedron of the other.
 
@@ -294,4 +269,4 @@ def _representatives(part: Proxy) -> Array:
 def _holds(mesh: Polyhedron, point: Array) -> bool:
     local = apply_inverse(rotation_matrix(mesh.rotation), point - mesh.position)
     low, high = mesh.solid.bounds
-    return bool(np.all((low <= local) & (local <= high))) and point_surface(mesh.solid, local)[0] <= 0
+    return bool(np.all((low <= local) & (local <= high))) and points_surface(mesh.solid, local[None])[0][0] <= 0

@@ -91,6 +91,17 @@ def test_intersect_has_the_sign_of_distance(pair):
         assert np.array_equal(intersect(a, b)[clear], (sigma <= 0)[clear])
 
 
+@pytest.mark.parametrize("pair", TABLE, ids=name_of)
+def test_a_batch_of_none_has_no_answers(pair):
+    a, b = scenes_of(pair, "generic", 3)
+    asked = (raycast, intersect) if pair[0] is Ray else (distance, collide, intersect)
+    for query in asked:
+        for x, y in ((a[:0], b[:0]), (a[:0], b[0]), (a[0], b[:0]), (b[:0], a[:0]), (b[0], a[:0])):
+            found = query(x, y)
+            columns = [found] if query is intersect else [getattr(found, name) for name in found.__dataclass_fields__]
+            assert {column.shape for column in columns} <= {(0,), (0, 3)}
+
+
 @pytest.mark.parametrize("masses", [(1.0, 1.0), (0.0, 1.0), (1.0, 0.0), (1e-3, 7.0)])
 @pytest.mark.parametrize("pair", PAIRS, ids=name_of)
 def test_shifts_lead_to_positions_without_overlap(pair, masses):

@@ -23,8 +23,9 @@ from refimpl import (
     raycast,
     scenes,
 )
-from refimpl.algorithms.surfaces import nearest_on_triangles
+from refimpl.algorithms.surfaces import face_rows
 from refimpl.contacts import contacts
+from refimpl.kernels.surface import face_square, foot_on_face
 from refimpl.leastmove import shortest
 from refimpl.supports import support
 from tests.solids import L_SHAPE, SOLIDS, box, hollow_box, prism, together, torus, turned
@@ -288,8 +289,10 @@ def test_nearest_points_of_needles():
         q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
         p = rng.uniform(-1, 2, (200, 3)) * [1, 1, 0.5]
         line = np.hypot(np.clip(p[:, 0], 0, 1) - p[:, 0], np.hypot(p[:, 1], p[:, 2]))
-        feet = nearest_on_triangles(p @ q.T, np.broadcast_to(corners @ q.T, (200, 3, 3)))
+        row = face_rows((corners @ q.T)[None], np.zeros(1, dtype=np.int64))[0].tolist()
+        feet = np.array([foot_on_face(row, 0, x) for x in (p @ q.T).tolist()])
         gap = np.linalg.norm(p @ q.T - feet, axis=1)
+        assert np.allclose(gap**2, [face_square(row, 0, x) for x in (p @ q.T).tolist()], rtol=1e-14, atol=1e-15)
         assert np.all(gap <= line + 1e-15)
         assert np.all(gap >= line - thin - 1e-15)
 

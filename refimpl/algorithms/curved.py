@@ -41,7 +41,7 @@ def separation(a: Proxy, b: Proxy) -> Separation:
     faces = [compiling.buffer(width, module) for _ in range(2)]
     rows = [compiling.numbers(r, module) for r in (rows_a, rows_b)]
     module.separations(*rows, answers, *work, *whole, *faces)
-    found = np.asarray(answers)
+    found = np.asarray(answers).reshape(n, 10)
     return Separation(found[:, 0], origin + found[:, 4:7], origin + found[:, 7:10], found[:, 1:4])
 
 

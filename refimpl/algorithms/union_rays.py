@@ -6,17 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from refimpl.algorithms.surfaces import points_surface
+from refimpl.algorithms.surfaces import faces_on_the_way, points_surface
 from refimpl.atoms import leaves
-from refimpl.boxtree import SLACK
 from refimpl.linear import Array, apply, apply_inverse, cross, dot, rotation_matrix, scale, unit_or
 from refimpl.proxy import Proxy
 from refimpl.shapes import Polyhedron, Ray
-from refimpl.signs import ROUNDING, TINY, Indices, Signs, on_grid
+from refimpl.signs import ROUNDING, TINY, Signs, on_grid
 from refimpl.solids import Solid
 
 Entry = tuple[Array, Array]
-CELLS = 2**16  # rays times faces that are looked at together
 
 
 def union_ray(ray: Ray, b: Proxy) -> Entry:
@@ -46,18 +44,14 @@ def ray_polyhedron(ray: Ray, mesh: Polyhedron) -> Entry:
     """Time and outward normal of the first point of a polyhedron on a ray."""
     turn = rotation_matrix(mesh.rotation)
     origin, direction = apply_inverse(turn, ray.origin - mesh.position), apply_inverse(turn, ray.direction)
-    step = max(1, CELLS // len(mesh.triangles))
-    parts = [
-        _enter(mesh.solid, origin[i : i + step], direction[i : i + step]) for i in range(0, max(len(ray), 1), step)
-    ]
-    times, normals = (np.concatenate(column) for column in zip(*parts, strict=True))
+    times, normals = _enter(mesh.solid, origin, direction)
     return times, apply(turn, normals)
 
 
 def _enter(solid: Solid, origin: Array, direction: Array) -> Entry:
     """The same in the mesh's frame."""
     count = len(origin)
-    row, face = _on_the_way(solid, origin, direction)
+    row, face = faces_on_the_way(solid, origin, direction)
     corners = solid.corners[face]
     signs, sizes = _sides(origin[row], direction[row], corners)
     through = ((signs.min(axis=1) >= 0) | (signs.max(axis=1) <= 0)) & np.any(signs != 0, axis=1)
@@ -79,21 +73,6 @@ def _enter(solid: Solid, origin: Array, direction: Array) -> Entry:
     normals[rows], times[rows] = outward[order[begin]], reached[order[begin]]
     times[points_surface(solid, origin)[0] <= 0] = 0.0
     return times, normals
-
-
-def _on_the_way(solid: Solid, origin: Array, direction: Array) -> tuple[Indices, Indices]:
-    """Rays, and faces whose boxes, a little widened, they pass."""
-    low, high = solid.face_bounds
-    o, d = origin[:, None], direction[:, None]
-    slack = SLACK * (solid.extent + np.abs(o))
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        one, other = (low - slack - o) / d, (high + slack - o) / d
-    still = d == 0
-    beside = np.any(still & ((low - slack > o) | (high + slack < o)), axis=2)
-    enter = np.max(np.where(still, -np.inf, np.minimum(one, other)), axis=2)
-    leave = np.min(np.where(still, np.inf, np.maximum(one, other)), axis=2)
-    row, face = np.nonzero((enter <= leave * (1 + 2 * SLACK)) & (leave >= 0) & ~beside)
-    return row, face
 
 
 def _sides(origin: Array, direction: Array, corners: Array) -> tuple[Signs, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
@@ -116,7 +117,9 @@ class Composite(Proxy):
     def identity(self) -> tuple[tuple[Hashable, ...], Array]:
         """The parts' types and forms, and their rows side by side."""
         own = [(type(part).__name__, *part.identity()) for part in self.parts]
-        rows = np.concatenate([np.reshape(row, (*self.batch_shape, -1)) for _, _, row in own], axis=-1)
+        batch = self.batch_shape
+        flat = [np.reshape(row, (*batch, math.prod(row.shape[len(batch) :]))) for _, _, row in own]
+        rows = np.concatenate(flat, axis=-1)
         return tuple((name, form) for name, form, _ in own), rows
 
     def __repr__(self) -> str:
