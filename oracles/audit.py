@@ -15,7 +15,7 @@ from oracles.scene import DISTANCE, RAYCAST, Scene
 from refimpl import Proxy, Ray, distance, raycast
 from refimpl.proof import InvalidCertificate
 from refimpl.proof.certify import round_down, round_up
-from refimpl.proof.checker import Bound
+from refimpl.proof.claims import Bound
 
 REFUSED, OUTSIDE = "certificate refused", "reference outside its proof"
 

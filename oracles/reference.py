@@ -15,7 +15,7 @@ from refimpl.linear import Array, Bools
 from refimpl.overlaps import resolve
 from refimpl.pairs import ITERATIVE, TABLE, Rule
 from refimpl.proof import Certificate, certify, check
-from refimpl.proof.checker import Bound
+from refimpl.proof.claims import Bound
 from refimpl.shapes import Composite, Polyhedron
 
 Kind = type[Proxy]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from oracles.outcome import COMPARED, Bucket, Finding, Kind, Run, Verdict
 from oracles.scene import Scene
 from refimpl import Ray
-from refimpl.proof.checker import Bound
+from refimpl.proof.claims import Bound
 from reports import shapes, text
 from reports.proofs import Proof, proof_view
 from reports.tables import CellKey, Column, Entry, Table, engines, grouped, total

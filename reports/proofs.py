@@ -23,7 +23,7 @@ from refimpl.proof import (
     to_json,
 )
 from refimpl.proof.claims import Place, Simple, Tree
-from refimpl.proof.rational import Vector
+from refimpl.proof.vectors import Vector
 from reports import text
 
 MOST_CLAIMS = 12

@@ -112,11 +112,11 @@ def one(claim: Claim, a: Proxy, b: Proxy) -> tuple[Any, Any]:
 def test_a_turned_cube_of_planes_is_the_box() -> None:
     cube, box = reading.read(CUBE), reading.read(BOX)
     assert isinstance(cube, sets.Planes)
-    assert isinstance(box, sets.Round)
+    assert isinstance(box, sets.Product)
     for i, j, k in product((0, 1), (1, 2), (2, 5)):
         faces = [i * 3, 1 + (j == 1) * 3, 2 + (k == 2) * 3]
         shares = tuple((face, 1 + face) for face in faces)
-        n = [sum(w * cube.halves[f].normal[axis] for f, w in shares) for axis in range(3)]
+        n = [sum(w * cube.planes[f][0][axis] for f, w in shares) for axis in range(3)]
         assert cube.support(n, shares) == box.support(n)
     rng = np.random.default_rng(3)
     for point in (rng.uniform(-1, 3, (40, 3)) * (1, 0.5, 0.5)).tolist():
@@ -138,7 +138,7 @@ def test_a_hull_is_as_far_as_its_vertices() -> None:
     assert outside == 0
     assert mean == [(4 * x + y) / 5 for x, y in zip(corners[0], corners[3], strict=True)]
     box = reading.read(BOX)
-    assert isinstance(box, sets.Round)
+    assert isinstance(box, sets.Product)
     assert all(box.member(corner)[1] == 0 for corner in corners)  # they are corners of the cube
 
 
@@ -146,18 +146,18 @@ def test_a_hull_is_as_far_as_its_vertices() -> None:
 
 FAR = AABB((4, -1, -1), (6, 1, 1))
 X = (1, 0, 0)
-ABOVE = (((0, 1),), ())
+ABOVE = (((0, ((0, 1),)),), ())
 REFUSED: dict[str, tuple[Claim, Proxy, Proxy]] = {
     "no shares": (Separated(X), SLABS, FAR),
     "shares of the other": (Separated(X, None, ABOVE[::-1]), SLABS, FAR),
-    "another plane": (Separated(X, None, (((1, 1),), ())), SLABS, FAR),
-    "opposite plane": (Separated(X, None, (((3, 1),), ())), SLABS, FAR),
-    "negative share": (Separated(X, None, (((3, -1),), ())), SLABS, FAR),
-    "share beside n": (Separated(X, None, (((0, 1), (1, 1e-9)), ())), SLABS, FAR),
-    "zero share": (Separated(X, None, (((0, 0),), ())), SLABS, FAR),
-    "plane that is not there": (Separated(X, None, (((6, 1),), ())), SLABS, FAR),
-    "plane -1": (Separated(X, None, (((-1, 1),), ())), SLABS, FAR),
-    "plane 1.0": (Separated(X, None, (((0.0, 1),), ())), SLABS, FAR),  # type: ignore[arg-type]
+    "another plane": (Separated(X, None, (((0, ((1, 1),)),), ())), SLABS, FAR),
+    "opposite plane": (Separated(X, None, (((0, ((3, 1),)),), ())), SLABS, FAR),
+    "negative share": (Separated(X, None, (((0, ((3, -1),)),), ())), SLABS, FAR),
+    "share beside n": (Separated(X, None, (((0, ((0, 1), (1, 1e-9))),), ())), SLABS, FAR),
+    "zero share": (Separated(X, None, (((0, ((0, 0),)),), ())), SLABS, FAR),
+    "plane that is not there": (Separated(X, None, (((0, ((6, 1),)),), ())), SLABS, FAR),
+    "plane -1": (Separated(X, None, (((0, ((-1, 1),)),), ())), SLABS, FAR),
+    "plane 1.0": (Separated(X, None, (((0, ((0.0, 1),)),), ())), SLABS, FAR),  # type: ignore[arg-type]
     "direction beside the shares": (Separated((1, 1e-9, 0), None, ABOVE), SLABS, FAR),
     "swapped": (Separated(X, None, ABOVE), FAR, SLABS),
     "a bound though they touch": (Separated(X, None, ABOVE), SLABS, AABB((1, -1, -1), (2, 1, 1))),
@@ -173,7 +173,7 @@ REFUSED: dict[str, tuple[Claim, Proxy, Proxy]] = {
     "hit elsewhere": (Common(((0, 1),), 2), Ray((-4, 0, 0), (2, 0, 0)), TETRAHEDRON),
     "hit without weights": (Common(None, 2.5), Ray((-4, 0, 0), (2, 0, 0)), TETRAHEDRON),
     "free a last bit too long": (
-        Separated(X, math.nextafter(1.5, 2), ((), ((3, 1),))),
+        Separated(X, math.nextafter(1.5, 2), ((), ((0, ((3, 1),)),))),
         Ray((-4, 0, 0), (2, 0, 0)),
         SLABS,
     ),
@@ -189,10 +189,10 @@ def test_false_claims_are_refused(name: str) -> None:
 
 def test_true_claims_of_the_same_kind_hold() -> None:
     assert one(Separated(X, None, ABOVE), SLABS, FAR) == (3, INF)
-    assert one(Separated((2, 0, 0), None, (((0, 0.125),), ())), SLABS, FAR) == (3, INF)
+    assert one(Separated((2, 0, 0), None, (((0, ((0, 0.125),)),), ())), SLABS, FAR) == (3, INF)
     assert one(Escape(X, ABOVE), SLABS, AABB((0.5, -1, -1), (2, 1, 1))) == (-0.5, INF)
     assert one(Near((1, 0, 0), (4, 0, 0)), SLABS, FAR) == (-INF, 3)
-    free = Separated(X, 1.5, ((), ((3, 1),)))
+    free = Separated(X, 1.5, ((), ((0, ((3, 1),)),)))
     assert one(free, Ray((-4, 0, 0), (2, 0, 0)), SLABS) == (1.5, INF)
 
 

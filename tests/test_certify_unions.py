@@ -175,7 +175,7 @@ def test_every_pair_is_proven_in_every_regime() -> None:
 @pytest.mark.parametrize("turn", [(0, 0, 0, 1), (1, 2, 3, 4)])
 def test_points_in_solids(turn: Any) -> None:
     hook = HOOK.rotated(turn).translated((0.25, -0.5, 1))
-    mesh = unions._mesh(hook)
+    mesh = unions.Union(unions.parts_of(hook)).meshes[0]
     boxes = [Box((1.5, 0.5, 0), (1.5, 0.5, 0.5), (0, 0, 0, 1)), Box((0.5, 1.5, 0), (0.5, 1.5, 0.5), (0, 0, 0, 1))]
     turned = [box.rotated(turn).translated((0.25, -0.5, 1)) for box in boxes]
     for x, y, z in product((-0.5, 0.25, 1.5, 2, 3.25), (-1, 0.5, 1.5, 2.5, 4), (-0.75, 0, 0.25)):

@@ -1,7 +1,8 @@
 """Proofs of signed distances and ray times: `certify` makes a certificate, `check` believes only what it verifies."""
 
 from refimpl.proof.certify import certify
-from refimpl.proof.checker import (
+from refimpl.proof.checker import check
+from refimpl.proof.claims import (
     Certificate,
     Claim,
     Common,
@@ -14,7 +15,6 @@ from refimpl.proof.checker import (
     Piece,
     Separated,
     Split,
-    check,
 )
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.wire import from_json, to_json

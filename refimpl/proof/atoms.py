@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from refimpl.linear import rotation_matrix
 from refimpl.proof.bodies import Body, Corners, Curved
-from refimpl.proof.claims import Separated, Shares, Split, Tree
+from refimpl.proof.claims import Separated, Split, Tree, Weights
 from refimpl.proof.convex import exact_nearest, plain
 from refimpl.proof.planes import Planes
 from refimpl.proof.points import Vector, along, exact, opposite
@@ -26,7 +26,7 @@ from refimpl.shapes import Composite, ConvexPolyhedron, HalfSpace, Polyhedron, P
 Floats = NDArray[np.float64]
 FAR = 1e300  # half-spaces reach everywhere
 ROUNDING = 2.0**-49
-MANY = 64  # pairs of atoms in boxes that overlap: parted before any direction is searched
+MANY = 10_000  # pairs of atoms in boxes that overlap: parted before any direction is searched
 
 
 class Unproven(Exception):
@@ -225,11 +225,11 @@ class Directions:
 
 
 def _leaf(n: Vector, a: Sequence[Atom], b: Sequence[Atom]) -> Separated:
-    faces: list[Shares] = []
-    for atoms, way in ((a, exact(n)), (b, opposite(exact(n)))):
+    def faces(atoms: Sequence[Atom], way: Vector) -> tuple[tuple[int, Weights], ...]:
         with_planes = [atom for atom in atoms if atom.corners is None and isinstance(atom.body, Planes)]
-        faces.append(tuple((atom.number, atom.body.faces(way)) for atom in with_planes))
-    return Separated(n, None, (faces[0], faces[1]))
+        return tuple((atom.number, atom.body.faces(way)) for atom in with_planes)
+
+    return Separated(n, None, (faces(a, exact(n)), faces(b, opposite(exact(n)))))
 
 
 def boxes_of(atoms: Sequence[Atom]) -> tuple[Floats, Floats]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from refimpl.proof.checker import Place, Weights
+from refimpl.proof.claims import Place, Weights
 from refimpl.proof.points import (
     Vector,
     along,
@@ -154,6 +154,11 @@ class Vertices(Corners):
         """How a certificate says the point."""
         largest = max(weight for _, weight in mix)
         return exactly([(i, float(Fraction(weight) / largest)) for i, weight in mix])
+
+
+def numbered(atom: int, weights: Weights) -> tuple[tuple[int, Weights], ...]:
+    """Shares of an atom's planes as a claim says them; nothing for atoms without planes."""
+    return ((atom, weights),) if weights else ()
 
 
 def placed(y: Vector, position: Vector, columns: Sequence[Vector]) -> Vector:

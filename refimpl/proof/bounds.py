@@ -1,4 +1,4 @@
-"""What each claim proves about two convex proxies, in exact arithmetic: part of what has to be believed."""
+"""What each claim proves, in exact arithmetic: part of what has to be believed."""
 
 from __future__ import annotations
 
@@ -8,31 +8,12 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from refimpl.proof.claims import Bound, Claim, Common, Core, Escape, Inscribed, Near, Separated
-from refimpl.proof.rational import (
-    Exact,
-    InvalidCertificate,
-    Whole,
-    cross,
-    direction,
-    dot,
-    index,
-    items,
-    minus,
-    number,
-    root,
-    vector,
-    whole,
-)
-from refimpl.proof.sets import Half, Line, Round, Solid, ball_in_ball
-
-
-def gap(n: Whole, a: Solid | Line, b: Solid | Line, faces: Any, radius: Fraction) -> tuple[Fraction, int]:
-    """‖n‖ times the gap between the supporting planes of the cores, and the sign of gap/‖n‖ − radius."""
-    of_a, of_b = items(faces, "faces", 2)
-    rise = a.support(n, of_a) + b.support([-c for c in n], of_b)
-    beyond = rise * rise - radius * radius * dot(n, n) if rise <= 0 else Fraction(-1)
-    return -rise, (beyond > 0) - (beyond < 0)
+from refimpl.proof.claims import Bound, Claim, Common, Core, Cover, Escape, Inscribed, Near, Part, Separated
+from refimpl.proof.gaps import Sides, cover, escape, piece_of
+from refimpl.proof.rational import InvalidCertificate, index, items, rational, vector, whole
+from refimpl.proof.sets import Line, Planes, Solid, ball_in_ball
+from refimpl.proof.unions import Union
+from refimpl.proof.vectors import NONE, Exact, cross, dot, minus, root
 
 
 def _polytope(points: Sequence[Exact], triangles: Any) -> Fraction:
@@ -44,25 +25,25 @@ def _polytope(points: Sequence[Exact], triangles: Any) -> Fraction:
     from 0 leaves the hull before it meets some triangle, hence not within the distance of the nearest plane.
     """
     edges: Counter[tuple[int, int]] = Counter()
-    corners, unit = whole(points)
-    squares = []
+    least: Bound = math.inf
     for triangle in items(triangles, "triangles"):
         i, j, k = (index(i, "triangles", len(points)) for i in items(triangle, "triangles", 3))
         edges.update([(i, j), (j, k), (k, i)])
-        normal = cross(minus(corners[j], corners[i]), minus(corners[k], corners[i]))
-        offset = dot(normal, corners[i])
+        (u, v, w), unit = whole([points[i], points[j], points[k]])
+        normal = cross(minus(v, u), minus(w, u))
+        offset = dot(normal, u)
         if offset <= 0:
             raise InvalidCertificate(f"triangles: {triangle!r} does not turn its inner side to 0")
-        squares.append(Fraction(offset * offset, dot(normal, normal)))
-    if not squares or any(edges[i, j] != edges[j, i] for i, j in list(edges)):
+        least = min(least, Fraction(offset * offset, dot(normal, normal) * unit * unit))
+    if least == math.inf or any(edges[i, j] != edges[j, i] for i, j in list(edges)):
         raise InvalidCertificate("triangles: the surface is not closed")
-    return min(squares) / (unit * unit)
+    return Fraction(least)
 
 
 def _whole_space(claim: Core, a: Solid, b: Solid) -> Bound:
     ways = [[vector(x, "pairs") for x in items(pair, "pairs", 2)] for pair in items(claim.pairs, "pairs")]
     for shape, way in [(shape, way) for pair in ways for shape, way in zip((a, b), pair, strict=True)]:
-        if dot(shape.normal, way) > 0 if isinstance(shape, Half) else any(way):
+        if any(dot(n, way) > 0 for n, _ in shape.planes) if isinstance(shape, Planes) else any(way):
             raise InvalidCertificate("pairs: not directions in which the shape is unbounded")
     _polytope([minus(u, v) for u, v in ways], claim.triangles)
     return -math.inf
@@ -76,7 +57,7 @@ def _core(claim: Core, a: Solid, b: Solid) -> Bound:
     found = [(a.member(p), b.member(q)) for p, q in ends]
     points = [minus(p, q) for (p, _), (q, _) in found]
     # moving its vertices by `outside` at most, into the cores, brings no facet of the hull nearer by more than that
-    outside = max((beyond_a + beyond_b for (_, beyond_a), (_, beyond_b) in found), default=Fraction(0))
+    outside = max((beyond_a + beyond_b for (_, beyond_a), (_, beyond_b) in found), default=NONE)
     if len(points) == 1 and not items(claim.triangles, "triangles"):
         bound = root(dot(points[0], points[0]))[1] + outside - a.radius - b.radius
     else:
@@ -100,69 +81,75 @@ def _inscribed(claim: Inscribed, a: Solid, b: Solid) -> Bound:
             raise InvalidCertificate("columns: the ellipsoid is not proven to lie in its core")
         centres.append(centre)
         maps.append(matrix)
-    across, radius = minus(*centres), number(claim.radius, "radius")
+    across, radius = minus(*centres), rational(claim.radius, "radius")
     u, v, w = (minus(*columns) for columns in zip(*maps, strict=True))
     rows, volume = [cross(v, w), cross(w, u), cross(u, v)], dot(u, cross(v, w))  # of M⁻¹, times det M
     if radius < 0 or volume == 0:
         raise InvalidCertificate("radius: negative, or of a ball in a flat set")
     start = [-dot(row, across) / volume for row in rows]
     images = [[radius * row[axis] / volume for row in rows] for axis in range(3)]
-    if not ball_in_ball(start, images, Fraction(1), last):
+    if not ball_in_ball(start, images, last):
         raise InvalidCertificate("radius: the ball is not proven to lie in the difference of the ellipsoids")
     return -radius - a.radius - b.radius
 
 
-def _times(claim: Claim, a: Solid | Line, b: Solid | Line) -> tuple[Bound, Bound]:
-    """Bounds on the time when a ray first hits, from one claim."""
-    ray, solid, sign = (a, b, 1) if isinstance(a, Line) else (b, a, -1)
-    if not isinstance(ray, Line) or isinstance(solid, Line):
-        raise InvalidCertificate("two rays have no signed distance")
-    match claim:
-        case Separated(way, until, faces):
-            n, rises = direction(way), False
-            time: Bound = math.inf
-            part: Round | Line = ray
-            if until is not None:
-                time = number(until, "until")
-                (start, edge), unit = whole([ray.origin, minus(ray.at(time), ray.origin)])
-                part = Round(start, [edge], unit, Fraction(0))
-                rises = sign * dot(n, ray.direction) > 0  # then only the end of the segment may touch its plane
-            first, second = (part, solid) if sign > 0 else (solid, part)
-            _, side = gap(n, first, second, faces, solid.radius)
-            if time < 0 or side < (0 if rises else 1):
-                raise InvalidCertificate("n: the supporting planes do not leave a gap")
-            return time, math.inf
-        case Common(p, instant):
-            moment = number(instant, "time")
-            place = ray.at(moment)
-            point, outside = solid.member(place if p is None else p, True)
-            if moment < 0 or outside > 0 or any(minus(point, place)):
-                raise InvalidCertificate("time: the ray is not inside then")
-            return Fraction(0), moment
-    raise InvalidCertificate(f"{type(claim).__name__}: not a claim about a ray")
+def _near(p: Any, q: Any, a: Solid, b: Solid) -> Bound:
+    (on_a, beyond_a), (on_b, beyond_b) = a.member(p, True), b.member(q, True)
+    across = minus(on_a, on_b)
+    return root(dot(across, across))[1] + beyond_a + beyond_b
 
 
-def bounds_of(claim: Claim, a: Solid | Line, b: Solid | Line) -> tuple[Bound, Bound]:
-    """Bounds on σ, or on the time of the first hit, from one claim."""
-    if isinstance(a, Line) or isinstance(b, Line):
-        return _times(claim, a, b)
+def _hit(claim: Any, ray: Line, solid: Solid | Line) -> Bound:
+    """Upper bound of the time of the first hit: the ray is inside then."""
+    if not isinstance(claim, Common) or isinstance(solid, Line):
+        raise InvalidCertificate(f"{type(claim).__name__}: not a claim about a ray")
+    time = rational(claim.time, "time")
+    place = ray.at(time)
+    point, outside = solid.member(place if claim.p is None else claim.p, True)
+    if time < 0 or outside > 0 or any(minus(point, place)):
+        raise InvalidCertificate("time: the ray is not inside then")
+    return time
+
+
+def _upper(claim: Any, a: Solid | Line, b: Solid | Line) -> Bound:
+    """Upper bound of σ, or of the time of the first hit, from points of two convex sets."""
+    if isinstance(a, Line):
+        return _hit(claim, a, b)
+    if isinstance(b, Line):
+        return _hit(claim, b, a)
     match claim:
-        case Separated(way, None, faces) | Escape(way, faces):
-            apart, n, radius = isinstance(claim, Separated), direction(way), a.radius + b.radius
-            rise, side = gap(n, a, b, faces, radius)
-            if (side > 0) != apart:
-                raise InvalidCertificate(f"n: the supporting planes {'do not ' if apart else ''}leave a gap")
-            low, high = root(Fraction(dot(n, n)))
-            bound = rise / (high if rise > 0 else low) - radius
-            return max(bound, Fraction(0)) if apart else bound, math.inf
         case Near(p, q):
-            (on_a, beyond_a), (on_b, beyond_b) = a.member(p, True), b.member(q, True)
-            across = minus(on_a, on_b)
-            return -math.inf, root(dot(across, across))[1] + beyond_a + beyond_b
-        case Common(p, None) if p is not None:
-            return bounds_of(Near(p, p), a, b)
+            return _near(p, q, a, b)
+        case Common(p, None):
+            return _near(p, p, a, b)
         case Core():
-            return -math.inf, _core(claim, a, b)
+            return _core(claim, a, b)
         case Inscribed():
-            return -math.inf, _inscribed(claim, a, b)
-    raise InvalidCertificate(f"{type(claim).__name__}: not a claim about two solids")
+            return _inscribed(claim, a, b)
+    raise InvalidCertificate(f"{type(claim).__name__}: not a claim about two convex solids")
+
+
+def _chosen(side: Union, choice: Any) -> Solid | Line:
+    """A convex part, as a claim chooses it."""
+    if choice is None:
+        return side.alone()
+    if type(choice) is int:
+        return side.atoms[index(choice, "of", len(side.atoms))]
+    part, piece = items(choice, "of", 2)
+    if type(part) is not int or part not in side.meshes:
+        raise InvalidCertificate("of: not a mesh")
+    return piece_of(side.meshes[part], piece)
+
+
+def bounds_of(claim: Claim, sides: Sides) -> tuple[Bound, Bound]:
+    """Bounds on σ, or on the time of the first hit, from one claim."""
+    match claim:
+        case Separated():
+            return cover(Cover(claim, until=claim.until), sides), math.inf
+        case Cover():
+            return cover(claim, sides), math.inf
+        case Escape():
+            return escape(claim, sides), math.inf
+        case Part(of_a, of_b, inner):
+            return -math.inf, _upper(inner, _chosen(sides[0], of_a), _chosen(sides[1], of_b))
+    return -math.inf, _upper(claim, sides[0].alone(), sides[1].alone())

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from refimpl.proof.checker import Certificate, Claim, check
+from refimpl.proof.checker import check
+from refimpl.proof.claims import Certificate, Claim
 from refimpl.proof.convex import convex_claims
 from refimpl.proof.mirror import mirrored
 from refimpl.proof.points import round_down, round_up

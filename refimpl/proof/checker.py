@@ -1,8 +1,8 @@
 """Check what a certificate claims about two proxies, in exact arithmetic.
 
-This file and those it imports, `rational`, `sets`, `reading`, `claims`, `bounds` and `unions`, are all of the project
-that has to be believed. They need nothing but the standard library, take every number as the exact rational that it
-is, and return only bounds that they have computed themselves.
+This file and those it imports, `claims`, `bounds`, `gaps`, `unions`, `reading`, `sets`, `rational` and `vectors`, are
+all of the project that has to be believed. They need nothing but the standard library, take every number as the exact
+rational that it is, and return only bounds that they have computed themselves.
 
 What a convex proxy is, `sets` and `reading` say: a core, with its support function h(n) and a test for its points,
 widened by a ball of radius r. With A ⊖ B = {a − b}, the signed distance σ(A, B) is the distance of 0 from A ⊖ B, or,
@@ -16,51 +16,18 @@ which their interiors are disjoint.
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from typing import Any
 
 from refimpl.proof.bounds import bounds_of
-from refimpl.proof.claims import (
-    Bound,
-    Certificate,
-    Claim,
-    Common,
-    Core,
-    Cover,
-    Escape,
-    Inscribed,
-    Near,
-    Part,
-    Piece,
-    Place,
-    Separated,
-    Split,
-    Tree,
-    Weights,
-)
-from refimpl.proof.rational import InvalidCertificate, items
-from refimpl.proof.reading import read
-from refimpl.proof.unions import UNIONS, union_bounds
+from refimpl.proof.claims import Bound, Certificate, Cover, Part
+from refimpl.proof.rational import effort, items, require
+from refimpl.proof.sets import Line
+from refimpl.proof.unions import Union, parts_of
 
-__all__ = [
-    "Bound",
-    "Certificate",
-    "Claim",
-    "Common",
-    "Core",
-    "Cover",
-    "Escape",
-    "Inscribed",
-    "InvalidCertificate",
-    "Near",
-    "Part",
-    "Piece",
-    "Place",
-    "Separated",
-    "Split",
-    "Tree",
-    "Weights",
-    "check",
-]
+UNIONS = {"Composite", "Polyhedron"}
+EFFORT, EFFORT_PER_ITEM = 1 << 21, 64
+"""How much a certificate may ask for, about a second of work; and more for every number or row of large shapes."""
 
 
 def check(certificate: Certificate, a: Any, b: Any) -> tuple[Bound, Bound]:
@@ -68,18 +35,20 @@ def check(certificate: Certificate, a: Any, b: Any) -> tuple[Bound, Bound]:
 
     Returns lower ≤ σ(a, b) ≤ upper [length], ±math.inf where nothing is proven or σ is infinite; for a ray
     lower ≤ t ≤ upper in units of its direction's length, (∞, ∞) when it misses. The certificate's own bounds
-    are ignored. Raises `InvalidCertificate` when anything is malformed or false.
+    are ignored. Raises `InvalidCertificate` when anything is malformed or false, or would take too long to check.
     """
-    if not isinstance(certificate, Certificate):
-        raise InvalidCertificate(f"not a certificate but {type(certificate).__name__}")
-    claims = items(certificate.claims, "claims")
-    if {type(a).__name__, type(b).__name__} & set(UNIONS):
-        proofs = union_bounds(a, b)
-        bounds = [(-math.inf, math.inf), *(proofs(claim) for claim in claims)]
-    else:
-        first, second = read(a), read(b)
-        bounds = [(-math.inf, math.inf), *(bounds_of(claim, first, second) for claim in claims)]
+    require(isinstance(certificate, Certificate), f"not a certificate but {type(certificate).__name__}")
+    with effort(1 << 62) as spent:
+        sides = Union(parts_of(a)), Union(parts_of(b))
+        size = spent()
+    rays = sum(isinstance(side.convex.get(0), Line) for side in sides)
+    require(rays < 2, "two rays have no signed distance")
+    bounds: list[tuple[Bound, Bound]] = [(Fraction(0) if rays else -math.inf, math.inf)]
+    with effort(EFFORT + EFFORT_PER_ITEM * size):
+        for claim in items(certificate.claims, "claims"):
+            of_union = not isinstance(claim, Cover | Part) or {type(a).__name__, type(b).__name__} & UNIONS
+            require(of_union, f"{type(claim).__name__}: a claim about unions")
+            bounds.append(bounds_of(claim, sides))
     lower, upper = max(low for low, _ in bounds), min(high for _, high in bounds)
-    if lower > upper:
-        raise InvalidCertificate("the claims contradict each other")
+    require(lower <= upper, "the claims contradict each other")
     return lower, upper

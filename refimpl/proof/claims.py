@@ -1,6 +1,6 @@
 """What a certificate may claim: the kinds of proof, and their meaning.
 
-Part of what has to be believed; `bounds` and `unions` compute what each claim proves.
+Part of what has to be believed; `bounds` computes what each claim proves.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from refimpl.proof.rational import Number, Vector
+from refimpl.proof.vectors import Number, Vector
 
 Bound: TypeAlias = Fraction | float  # a float only for ±∞
 Weights: TypeAlias = tuple[tuple[int, Number], ...]
 """Shares of numbered things, up to a common factor: of the vertices that mean a point, of the planes across n."""
-Shares: TypeAlias = tuple[tuple[int, Number | Weights], ...]
-"""Shares of the planes across n: of a polytope's; for a group of atoms, pairs of an atom's number and its shares."""
+Faces: TypeAlias = tuple[tuple[tuple[int, Weights], ...], tuple[tuple[int, Weights], ...]]
+"""For polytopes given by planes, of A and of B: an atom's number (0, if it is alone), and shares of planes across n."""
 Place: TypeAlias = Vector | Weights
 """A point of a proxy: its coordinates, or the weights of its vertices if the proxy is given by vertices."""
 
@@ -30,7 +30,7 @@ class Separated:
 
     n: Vector
     until: Number | None = None
-    faces: tuple[Shares, Shares] = ((), ())
+    faces: Faces = ((), ())
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Escape:
     """σ ≥ −D: moving B along `n`, a direction from A to B, by a length D ≥ 0 separates the interiors."""
 
     n: Vector
-    faces: tuple[Shares, Shares] = ((), ())
+    faces: Faces = ((), ())
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Inscribed:
 
     The ellipsoid in A is {a + P u : ‖u‖ ≤ 1}, with P's three columns in `p`; the one in B likewise, with Q's in `q`.
     So A ⊖ B holds a − b + (P − Q) u for all ‖u‖ ≤ 1. The `shares` are the numbers by which `sets.ball_in_ball` sees
-    that the first lies in A, the second in B, and the ball in the third. This is what proves depths that whole
+    that the first lies in A, the second in B, and the ball in their difference. This is what proves depths that whole
     circles or spheres of directions share, which a polytope only approaches.
     """
 
@@ -97,7 +97,7 @@ class Split:
     """A tree of directions over two sets of atoms: those of one side are parted, `first` and all the others.
 
     Each of `branches` is a `Split` of what it is given, or a `Separated` of it all. So a tree covers every pair of
-    atoms by its form. In a leaf, `faces` are pairs of an atom's number and the shares of its planes.
+    atoms by its form.
     """
 
     side: int

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from refimpl.proof.bodies import Body, Corners, Mix, Vertices
+from refimpl.proof.bodies import Body, Corners, Mix, Vertices, numbered
 from refimpl.proof.bounds import bounds_of
 from refimpl.proof.claims import Bound, Claim, Common, Core, Escape, Near, Place, Separated
 from refimpl.proof.exact import Difference, Features, pyramid
@@ -15,9 +15,9 @@ from refimpl.proof.exact import nearest as exactly_nearest
 from refimpl.proof.inscribed import ball_around_point, inscribed
 from refimpl.proof.points import Vector, along, cross, dot, doubles, exact, minus, opposite, root
 from refimpl.proof.rational import InvalidCertificate
-from refimpl.proof.reading import read
 from refimpl.proof.search import MANY, VERTICES, Grid, Meeting, deepest, nearest
 from refimpl.proof.solids import body
+from refimpl.proof.unions import Union, parts_of
 from refimpl.shapes import HalfSpace, Proxy, UnsupportedOperation
 
 ENOUGH = Fraction(1, 1 << 47)  # of the scene; proposals stop when the interval is as narrow as this
@@ -30,7 +30,7 @@ class Search:
 
     def __init__(self, a: Proxy, b: Proxy) -> None:
         self.shapes = a, b
-        self.solids = read(a), read(b)
+        self.solids = Union(parts_of(a)), Union(parts_of(b))
         self.bodies = Body() if isinstance(a, HalfSpace) else body(a), body(b)
         self.radius = self.bodies[0].radius + self.bodies[1].radius
         self.lower: tuple[Bound, Claim | None] = (-math.inf, None)
@@ -138,13 +138,14 @@ class Search:
             for way in dict.fromkeys((plain(n), n)):
                 if not any(way):
                     continue
-                faces = self.bodies[0].faces(exact(way)), self.bodies[1].faces(opposite(exact(way)))
+                of_a, of_b = self.bodies[0].faces(exact(way)), self.bodies[1].faces(opposite(exact(way)))
+                faces = numbered(0, of_a), numbered(0, of_b)
                 if not self._propose_lower(Separated(way, None, faces)):
                     self._propose_lower(Escape(way, faces))
 
     def _propose_lower(self, claim: Claim) -> bool:
         try:
-            bound = bounds_of(claim, *self.solids)[0]
+            bound = bounds_of(claim, self.solids)[0]
         except InvalidCertificate:
             return False
         if bound > self.lower[0]:
@@ -154,7 +155,7 @@ class Search:
     def propose_upper(self, claim: Claim) -> bool:
         """Take a claim if it proves more than those before."""
         try:
-            bound = bounds_of(claim, *self.solids)[1]
+            bound = bounds_of(claim, self.solids)[1]
         except InvalidCertificate:
             return False
         if bound < self.upper[0]:

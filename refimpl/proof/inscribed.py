@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refimpl.proof.bodies import Body, Corners, Curved, Vertices
-from refimpl.proof.checker import Inscribed, Place
+from refimpl.proof.claims import Inscribed, Place
 from refimpl.proof.points import Vector, along, dot, doubles, exact, frame, minus, opposite
 from refimpl.shapes import AABB, Box, Capsule
 
@@ -88,11 +88,10 @@ def image(shape: Any, core: Body, target: Vector) -> Image | None:
     if isinstance(core, Curved):
         centre, axes = core.exact
         axes = [exact(axis) for axis in axes]
-        share: Any = 1
         if core.flat:
             centre, (height,) = _shrunk([axes[2]], centre, target)
-            axes, share = [axes[0], axes[1], height], Fraction(float(shape.radius)) ** 2
-        return Image(centre, [(axis, _unit(axis)) for axis in axes], share, centre, core.flat)
+            axes = [axes[0], axes[1], height]
+        return Image(centre, [(axis, _unit(axis)) for axis in axes], 1, centre, core.flat)
     if isinstance(shape, AABB | Box):
         middle, half, ways = frame(shape)
         centre, kept = _shrunk([along((0, 0, 0), h, way) for h, way in zip(half, ways, strict=True)], middle, target)
@@ -180,7 +179,7 @@ def ball_around_point(bodies: tuple[Body, Body]) -> Iterator[Inscribed]:
             sign = Fraction(radius) if side else Fraction(-radius)
             ball = (sign, Fraction(0), Fraction(0)), (Fraction(0), sign, Fraction(0)), (Fraction(0), Fraction(0), sign)
             none: Vector = (0, 0, 0)
-            share = radius * (radius + aside)  # that of two circles which touch from inside
+            share = radius * (radius + aside) / breadth**2  # that of two circles which touch from inside
             parts = [(x, (none, none, none), 0), (x, ball, share)]
             (a, p, share_a), (b, q, share_b) = parts[::-1] if side else parts
             yield Inscribed(a, p, b, q, radius, (share_a, share_b, 1))

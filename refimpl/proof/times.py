@@ -7,15 +7,16 @@ from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 
 from refimpl.proof import rays_curved, rays_polytopes
-from refimpl.proof.bodies import Corners, Vertices, exactly
+from refimpl.proof.bodies import Corners, Vertices, exactly, numbered
 from refimpl.proof.checker import check
-from refimpl.proof.claims import Bound, Certificate, Claim, Common, Place, Separated, Weights
+from refimpl.proof.claims import Bound, Certificate, Claim, Common, Faces, Place, Separated, Weights
 from refimpl.proof.convex import exact_nearest
 from refimpl.proof.planes import Planes
 from refimpl.proof.points import Vector, along, doubles, exact, opposite, rationals, round_down, round_up
-from refimpl.proof.rational import InvalidCertificate, Number
+from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.rays import Hit, Miss, cast
 from refimpl.proof.solids import body
+from refimpl.proof.vectors import Number
 from refimpl.shapes import AABB, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Point, Proxy, Ray, Sphere
 
 SIMPLE = Point | Sphere | Capsule | HalfSpace | AABB | Box
@@ -26,9 +27,12 @@ TIGHT = Fraction(1, 1 << 49)  # an interval this wide, relative to the scene, is
 def time_claims(ray: Ray, shape: Proxy) -> tuple[Claim, ...]:
     """Make claims about the first hit: in doubles, or in exact numbers where those do not prove it."""
     found, faces, place = first_hit(ray, shape)
+
+    def of_b(n: Vector) -> Faces:
+        return (), numbered(0, faces(n))
+
     if isinstance(found, Miss):
-        ways = ((n, faces(n)) for n in directions(found.normal))
-        return (_first_proven((Separated(n, None, ((), of_b)) for n, of_b in ways), ray, shape),)
+        return (_first_proven((Separated(n, None, of_b(n)) for n in directions(found.normal)), ray, shape),)
     late: list[Number] = [*_near_doubles(found.high, round_up(found.high)), found.high, found.within]
     inside = _first_proven((Common(place(Fraction(time)), time) for time in late), ray, shape)
     if found.high == 0:
@@ -39,7 +43,7 @@ def time_claims(ray: Ray, shape: Proxy) -> tuple[Claim, ...]:
         found.low,
         found.low * (1 - Fraction(1, 1 << 100)),  # for where the ray grazes, and has no direction at the hit itself
     ]
-    outside = (Separated(n, time, ((), faces(n))) for time in early for n in directions(found.normal(Fraction(time))))
+    outside = (Separated(n, time, of_b(n)) for time in early for n in directions(found.normal(Fraction(time))))
     return _first_proven(outside, ray, shape), inside
 
 

@@ -15,10 +15,11 @@ from refimpl.proof.atoms import Atom, Directions, Group, atoms_of, gap_along
 from refimpl.proof.checker import check
 from refimpl.proof.claims import Certificate, Claim, Common, Cover, Part, Tree
 from refimpl.proof.points import Vector, along, dot, exact, rationals, round_down, round_up
-from refimpl.proof.rational import InvalidCertificate, Number
+from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.rays import Hit, Miss
 from refimpl.proof.times import first_hit
 from refimpl.proof.union_search import around
+from refimpl.proof.vectors import Number
 from refimpl.shapes import Capsule, Proxy, Ray
 
 CLEAR = 1e-9  # relative to the scene: a group of atoms so far from the ray needs one direction only

@@ -30,7 +30,8 @@ from refimpl.proof.claims import (
     Tree,
     Weights,
 )
-from refimpl.proof.rational import MAX_BITS, MAX_ITEMS, InvalidCertificate, Number, Vector
+from refimpl.proof.rational import MAX_BITS, MAX_ITEMS, InvalidCertificate
+from refimpl.proof.vectors import Number, Vector
 
 DECIMAL_BITS = 12_000  # Python turns only about 4300 digits into decimals; longer numbers are written to base 16
 INTEGER = "(?:0|[1-9][0-9]{0,3999}|0x[0-9a-f]+)"
@@ -209,14 +210,9 @@ def _simple(data: Any, _: str) -> Simple:
 
 
 def _face_lists(data: Any, what: str) -> Any:
-    """Shares of planes, or for groups of atoms pairs of an atom's number and such shares."""
-    sides = _items([[], []] if data is None else data, what, 2)
-    return tuple(tuple(_face(entry, what) for entry in _items(side, what)) for side in sides)
-
-
-def _face(data: Any, what: str) -> Any:
-    i, share = _items(data, what, 2)
-    return _index(i, what), _weights(share, what) if isinstance(share, list) else _number(share, what)
+    """Shares of the planes of atoms, by their numbers."""
+    pairs = [[_items(entry, what, 2) for entry in _items(side, what)] for side in _items(data, what, 2)]
+    return tuple(tuple((_index(i, what), _weights(weights, what)) for i, weights in side) for side in pairs)
 
 
 KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
