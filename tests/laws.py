@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from typing import Any
 
 import numpy as np
-from hypothesis import assume, settings
+import pytest
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from oracles.regimes import REGIMES
@@ -19,15 +21,35 @@ from refimpl.contacts import contacts
 from refimpl.linear import Array, dot, largest
 from refimpl.pairs import ITERATIVE, TABLE
 from refimpl.shapes import Composite, HalfSpace, Polyhedron, Proxy, Ray, ShapeError
+from tests.conftest import name_of
 
 UNIONS = (Polyhedron, Composite)
 EXAMPLES = settings.default.max_examples if settings.default else 20
-FEW = settings(max_examples=max(EXAMPLES * 2 // 5, 1))
-"""Scenes for each pair and law: there are hundreds of both."""
 SMALL = [name for name in REGIMES if name != "models"]
 """Regimes of small shapes: laws that build new meshes and hulls of them take these."""
 PLACES = st.tuples(*[st.floats(-3.0, 3.0, allow_subnormal=False)] * 3).map(np.array)
 QUATERNIONS = st.tuples(*[st.floats(-1.0, 1.0, allow_subnormal=False)] * 4).filter(lambda v: max(map(abs, v)) > 0.01)
+
+
+def law(pairs: Sequence[tuple[type, type]], **drawn_from: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """A test of each pair: with few scenes, for there are hundreds of pairs and laws, and fewer where unions meet."""
+
+    def tested(function: Callable[..., None]) -> Callable[..., None]:
+        quick, slow = (
+            settings(max_examples=max(EXAMPLES // part, 1))(given(data=st.data(), **drawn_from)(function))
+            for part in (3, 5)
+        )
+
+        @pytest.mark.parametrize("pair", pairs, ids=name_of)
+        @wraps(function)
+        def test(pair: tuple[type, type]) -> None:
+            (slow if set(pair) & set(UNIONS) else quick)(pair=pair)
+
+        del test.__wrapped__  # type: ignore[attr-defined]  # or pytest would ask for the law's own arguments
+        test.law, test.drawn_from = function, drawn_from  # type: ignore[attr-defined]
+        return test
+
+    return tested
 
 
 @dataclass(frozen=True)
@@ -88,4 +110,3 @@ def shift(before: Proxy, after: Proxy, normals: Sequence[tuple[Any, Any]], offse
         if np.all(np.isfinite(m))
     ]
     return max(moved, default=0.0)
-
