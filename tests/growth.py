@@ -13,13 +13,16 @@ from refimpl.shapes import (
     KDOP,
     Box,
     Capsule,
+    Composite,
     ConvexPolyhedron,
     Cylinder,
     Ellipsoid,
     HalfSpace,
+    Polyhedron,
     Proxy,
     Sphere,
 )
+from tests.solids import box
 
 
 def _cylinder(c: Cylinder, by: Any) -> Proxy:
@@ -37,6 +40,14 @@ def _polyhedron(c: ConvexPolyhedron, by: Any) -> Proxy:
     return ConvexPolyhedron.from_vertices(vertices, c.position, c.rotation)
 
 
+def _solid(mesh: Polyhedron, by: Any) -> Proxy:
+    """The box around a mesh, in its own frame: one for the batch."""
+    most = np.max(by, initial=0.0)
+    low, high = mesh.vertices.min(axis=0) - most, mesh.vertices.max(axis=0) + 2.0 * most
+    corners, triangles = box()
+    return Polyhedron(np.where(corners > 0, high, low), triangles, mesh.position, mesh.rotation)
+
+
 GROW: dict[type[Proxy], Callable[[Any, Any], Proxy]] = {
     Sphere: lambda s, by: Sphere(s.center, s.radius + by),
     Capsule: lambda c, by: Capsule(c.p, c.q, c.radius + by),
@@ -47,6 +58,8 @@ GROW: dict[type[Proxy], Callable[[Any, Any], Proxy]] = {
     Ellipsoid: lambda e, by: Ellipsoid(e.center, e.radii + scale(by, np.array([1.0, 0.0, 0.5])), e.rotation),
     Cylinder: _cylinder,
     ConvexPolyhedron: _polyhedron,
+    Polyhedron: _solid,
+    Composite: lambda c, by: Composite([grown(part, by) for part in c.parts]),
 }
 
 

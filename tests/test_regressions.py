@@ -179,3 +179,12 @@ def test_pieces_too_thin_to_be_proven_to_lie_inside_their_mesh_are_left_out(seed
     lower, upper = check(certify(a[0], b[0]), a[0], b[0])
     assert lower <= refimpl.distance(a[0], b[0]).distance + 1e-12
     assert upper < 0
+
+
+def test_a_ray_creeps_across_the_axis_of_a_capsule() -> None:
+    """The square of its speed across is no double any more."""
+    capsule = refimpl.Capsule([0, 0, 0], [0, 0, 1], 0.5)
+    for slow in (1e-140, 1e-156, 1e-170, 5e-324):
+        assert refimpl.raycast(Ray([1, 0, 0.25], [-slow, 0, 0]), capsule).t == pytest.approx(0.5 / slow, rel=1e-14)
+        assert refimpl.raycast(Ray([0.25, 0, -2], [-slow, 0, 1]), capsule).hit
+        assert not refimpl.raycast(Ray([1, 0, 0.25], [-slow, 0, 1]), capsule).hit

@@ -32,8 +32,11 @@ def _round_span(offset: Array, direction: Array, radius: Array) -> tuple[Array, 
 
     An empty span is (inf, −inf). Without a direction it is endless, or empty. The half chord is taken at the
     nearest point of the line, where r² − d² = (r − d)(r + d) does not cancel; so is the outward direction, which
-    would be noise if it were taken from a hit point far from the ray's origin.
+    would be noise if it were taken from a hit point far from the ray's origin. The direction is brought to about 1:
+    across an axis, a ray may be so slow that the square of its speed is none.
     """
+    exponent = power_of_two(largest(direction))
+    direction = np.ldexp(direction, -exponent[..., None])
     square = dot(direction, direction)
     still = square == 0
     square = np.where(still, 1.0, square)
@@ -42,8 +45,9 @@ def _round_span(offset: Array, direction: Array, radius: Array) -> tuple[Array, 
     nearest = norm(foot)
     chord = (radius - nearest) * (radius + nearest) / square
     half = np.sqrt(np.maximum(chord, 0.0))
-    enter = np.where(still, -np.inf, middle - half)
-    leave = np.where(still, np.inf, middle + half)
+    with np.errstate(over="ignore"):  # what comes that late never comes
+        enter = np.where(still, -np.inf, np.ldexp(middle - half, -exponent))
+        leave = np.where(still, np.inf, np.ldexp(middle + half, -exponent))
     empty = chord < 0
     return np.where(empty, np.inf, enter), np.where(empty, -np.inf, leave), foot - scale(half, direction)
 
