@@ -25,9 +25,9 @@ TEXTS: dict[ModuleType, tuple[str, str]] = {
     ),
     bounces: (
         "A thousand bounces in a box",
-        "A ball with e = 1 between six walls, without gravity. By the formula each bounce turns one coordinate of the "
-        "momentum round and keeps the energy to the bit. PyBullet does so too, once its friction, damping, thresholds "
-        "and penetration repair are off; with its defaults the ball stops.",
+        "A ball with e = 1 between six walls, without gravity. By the formula each bounce turns one part of the "
+        "momentum round; what a thousand bounces add up is rounding. PyBullet does so too, once its friction, damping, "
+        "thresholds and penetration repair are off; with its defaults the ball stops.",
     ),
     cradle: (
         "Newton's cradle",
@@ -35,7 +35,8 @@ TEXTS: dict[ModuleType, tuple[str, str]] = {
         "pair by pair, as in the lecture, the last ball leaves alone, whether the balls touch or not. PyBullet solves "
         "all contacts of a time step together: when the balls touch, the first one bounces back and the other four "
         "go on as one. Both keep momentum and energy: the impact of several bodies at once has no single answer "
-        "without a model of what happens within it (a convention, not an error).",
+        "without a model of what happens within it (a convention, not an error). With PyBullet's defaults and small "
+        "gaps the balls first gain energy, for its repair of penetration pushes them apart, and then lose all of it.",
     ),
 }
 

@@ -33,8 +33,8 @@ class Course(NamedTuple):
 
 def _start(gap: float) -> tuple[Array, Array, float]:
     """Places on the line, velocities, and how far the walls are from the middle."""
-    places = (np.arange(BALLS) - BALLS // 2) * (2 * RADIUS + gap)
-    reach = places[-1] + RADIUS + ROOM
+    places = np.asarray((np.arange(BALLS) - BALLS // 2) * (2 * RADIUS + gap))
+    reach = float(places[-1]) + RADIUS + ROOM
     places[0] -= RUN_UP
     return places, np.eye(BALLS)[0] * SPEED, reach
 
@@ -70,7 +70,8 @@ def _after(velocities: Array, which: int) -> Array:
     padded = np.concatenate([[0.0], velocities, [0.0]])
     inverse_mass = np.array([0.0, *[1.0] * BALLS, 0.0])
     pair = slice(which, which + 2)
-    found = impact_on_line(*padded[pair], *inverse_mass[pair], 1.0)
+    (a, b), (mass_a, mass_b) = padded[pair], inverse_mass[pair]
+    found = impact_on_line(a, b, mass_a, mass_b, 1.0)
     padded[pair] = found.velocity_a, found.velocity_b
     return padded[1:-1]
 
