@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     "svg.hashsalt": "proxyproof",  # names of paths depend on this and on nothing random
     "svg.fonttype": "none",  # text stays text
     "font.family": "sans-serif",
