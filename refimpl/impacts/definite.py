@@ -1,0 +1,82 @@
+"""Symmetric positive definite 3 × 3 matrices: their LDLᵀ factors, which need no root, and equations solved by them.
+
+Golub and Van Loan, Matrix Computations, 4.1. Stable without exchanging rows; the accuracy depends on how much of a
+diagonal element is left as its pivot, so that a matrix may be graded, but not nearly singular, without loss.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from refimpl.impacts.numbers import Numbers, known, stack
+from refimpl.impacts.reading import Array, fractions, is_exact
+from refimpl.linear import Bools
+
+PIVOT_BITS = 40
+"""A pivot that is smaller than its diagonal element by more bits than these is left to fractions."""
+
+
+@dataclass(frozen=True)
+class Factors:
+    """Matrices M = L D Lᵀ (n, 3, 3): the elements of L below its diagonal of ones, and the pivots D."""
+
+    below: tuple[Numbers, Numbers, Numbers]
+    pivots: tuple[Numbers, Numbers, Numbers]
+
+    def solve(self, v: Numbers) -> Numbers:
+        """Solve M x = v for vectors (n, 3)."""
+        l10, l20, l21 = self.below
+        d0, d1, d2 = self.pivots
+        y0 = v[:, 0]
+        y1 = v[:, 1] - l10 * y0
+        y2 = v[:, 2] - (l20 * y0 + l21 * y1)
+        x2 = y2 / d2
+        x1 = y1 / d1 - l21 * x2
+        x0 = y0 / d0 - (l10 * x1 + l20 * x2)
+        return stack([x0, x1, x2])
+
+
+def factors(m: Numbers) -> Factors:
+    """Factors of symmetric positive definite matrices (n, 3, 3)."""
+    d0 = m[:, 0, 0]
+    l10, l20 = m[:, 1, 0] / d0, m[:, 2, 0] / d0
+    d1 = known(m[:, 1, 1] - l10 * m[:, 1, 0], m[:, 1, 1], PIVOT_BITS)
+    l21 = (m[:, 2, 1] - l20 * m[:, 1, 0]) / d1
+    d2 = known(m[:, 2, 2] - (l20 * m[:, 2, 0] + l21 * (l21 * d1)), m[:, 2, 2], PIVOT_BITS)
+    return Factors((l10, l20, l21), (d0, d1, d2))
+
+
+def is_definite(matrices: Array) -> Bools:
+    """Whether symmetric matrices (..., 3, 3) are positive definite, exactly.
+
+    Doubles decide where the pivots are far from rounding, fractions decide the rest.
+    """
+    rows = matrices.reshape(-1, 3, 3)
+    if is_exact(rows):
+        found = np.array([_is_definite(m) for m in rows], dtype=bool)
+    else:
+        found, sure = _by_doubles(rows)
+        for i in np.flatnonzero(~sure):
+            found[i] = _is_definite(fractions(rows[i]))
+    return found.reshape(matrices.shape[:-2])
+
+
+@np.errstate(all="ignore")
+def _by_doubles(m: Array) -> tuple[Bools, Bools]:
+    """Whether the pivots are positive, and whether that is sure: none is close to what rounding could have left."""
+    f = factors(m)
+    diagonal = np.stack([m[:, i, i] for i in range(3)])
+    share = np.stack(f.pivots) / diagonal
+    found = (diagonal > 0).all(axis=0) & (share > 0).all(axis=0)
+    in_range = ((diagonal > 1e-200) & (diagonal < 1e200)).all(axis=0)
+    return found, found & in_range & (share > 1e-6).all(axis=0)
+
+
+def _is_definite(m: Array) -> bool:
+    """By the signs of the leading minors (Sylvester)."""
+    (a, b, c), (_, d, e), (_, _, f) = m.tolist()
+    second: Fraction = a * d - b * b
+    return bool(a > 0 and second > 0 and (a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)) > 0)

@@ -1,0 +1,78 @@
+"""The studies' page says what they measure now, and their plots are whole."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import reports.studies
+from reports.studies import bounces, cradle, particles, plots
+from reports.studies.__main__ import main
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("pybullet")
+
+NUMBER = re.compile(r"-?\d+\.?\d*(?:e[+-]\d+)?")
+HERE = Path(reports.studies.__file__).parent
+
+
+def alike(old: str, new: str) -> bool:
+    """Whether two numbers agree but for what rounding does on another machine."""
+    x, y = float(old), float(new)
+    return math.isclose(x, y, rel_tol=0.5, abs_tol=1e-13)
+
+
+def test_the_page_is_fresh(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main([str(tmp_path)])
+    assert str(tmp_path) in capsys.readouterr().out
+    old, new = ((folder / "README.md").read_text(encoding="utf-8") for folder in (HERE, tmp_path))
+    again = "stale: run python -m reports.studies"
+    assert NUMBER.sub("#", old) == NUMBER.sub("#", new), again
+    for x, y in zip(NUMBER.findall(old), NUMBER.findall(new), strict=True):
+        assert alike(x, y), f"{again}: {x} is now {y}"
+    for picture in re.findall(r"\((\w+\.svg)\)", new):
+        assert ElementTree.parse(tmp_path / picture).getroot().tag.endswith("svg")
+        assert (HERE / picture).is_file()
+
+
+def test_numbers_that_differ_are_told_apart() -> None:
+    assert alike("7e-15", "2e-15")
+    assert alike("0.0922", "0.08")
+    assert not alike("2", "0.8")
+    assert not alike("1e-04", "1e-03")
+
+
+def test_the_formula_keeps_energy_and_momentum_over_a_thousand_bounces() -> None:
+    course = bounces.by_formula()
+    assert len(course.energy) == bounces.BOUNCES
+    assert np.ptp(course.energy) < 1e-13 * course.energy[0]
+    parts = np.abs(bounces.AXES @ bounces.VELOCITY)
+    assert np.max(np.abs(np.array(course.momenta) - parts)) < 1e-13 * np.max(parts)
+
+
+@pytest.mark.parametrize("gap", cradle.GAPS)
+def test_the_cradle_passes_one_ball_on_by_the_formula(gap: float) -> None:
+    course = cradle.by_formula(gap)
+    energies = np.sum(course.velocities**2, axis=1) / 2
+    assert np.all(energies == cradle.SPEED**2 / 2)
+    assert np.all(np.sum(course.velocities != 0, axis=1) == 1)  # one ball moves at a time
+    assert np.any(course.velocities[:, -1] == cradle.SPEED)
+
+
+def test_more_iterations_are_better_until_the_step_bends() -> None:
+    for course in particles.courses():
+        floor = 2 * course.errors[-1]
+        errors = [e for e in course.errors if e > floor]
+        assert errors == sorted(errors, reverse=True)
+        assert course.errors[-1] < 2 * course.time_step
+
+
+def test_without_matplotlib_the_error_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
+    with pytest.raises(plots.StudyUnavailable, match=r"proxyproof\[studies\]"), plots.figure(tmp_path / "x.svg"):
+        pass
