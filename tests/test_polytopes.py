@@ -221,9 +221,10 @@ def test_what_an_arc_promises_is_never_less_than_the_gap_along_it():
         placed = []
         for shape in (a, b):
             found = polytopes.side(shape)
-            geometry, note, row = (x[0].tolist() for x in (found.geometries, found.notes, found.rows))
+            geometry = found.geometries[0].tolist()
             body, pose = [0.0] * len(geometry), [0.0] * (rows.FACTOR + 1)
-            batch._put(found.kind, row, note, int(found.powers[0]), 0, (1.0, 1.0), [], pose)
+            total = int(found.notes[batch.POWER]) + int(found.powers[0])
+            batch.put(found.kind, found.rows, 0, found.notes, 0, total, (1.0, 1.0), found.own, pose)
             offset = tuple(pose[:3])
             rows.place_vertices(geometry, pose, offset, body)
             rows.place_faces(geometry, pose, offset, body)
