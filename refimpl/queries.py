@@ -49,7 +49,7 @@ def intersect(a: Proxy, b: Proxy) -> Bools:
     x, y, batch = _flat(*((b, a) if swapped else (a, b)))
     found = []
     with batch_of(len(x)):
-        for u, v, _ in _chunks(rule, x, y):
+        for u, v, _ in _chunks(x, y, rule.whole and rule.meets is None):
             if isinstance(u, Ray):
                 found.append(np.isfinite(rule.function(u, v)[0]))
             elif rule.meets is None:
@@ -136,7 +136,7 @@ def raycast(ray: Ray, b: Proxy) -> RayHit:
         raise UnsupportedOperation(f"raycast needs a Ray and a solid, got {type(ray).__name__} and {type(b).__name__}")
     parts = []
     with batch_of(len(x)):
-        for u, v, exponent in _chunks(rule, x, y):
+        for u, v, exponent in _chunks(x, y, rule.whole):
             t, normal = rule.function(u, v)
             with np.errstate(over="ignore"):
                 point = u.at(np.where(np.isfinite(t), t, 0.0))
@@ -175,7 +175,7 @@ def _bounded_distance(a: Proxy, b: Proxy, query: str) -> tuple[Separation, Array
         )
     parts = []
     with batch_of(len(x)):
-        for u, v, exponent in _chunks(rule, x, y):
+        for u, v, exponent in _chunks(x, y, rule.whole):
             parts.append(_scaled_back(_ordered(rule, u, v), exponent))
     *columns, least = (
         np.concatenate(column).reshape((*batch, *column[0].shape[1:]))[()] for column in zip(*parts, strict=True)
@@ -212,14 +212,14 @@ def _flat(x: P, y: Proxy) -> tuple[P, Proxy, tuple[int, ...]]:
     return x.broadcast_to(batch).flattened(), y.broadcast_to(batch).flattened(), batch
 
 
-def _chunks(rule: Rule, x: P, y: Proxy) -> Iterator[tuple[P, Proxy, Array]]:
+def _chunks(x: P, y: Proxy, whole: bool) -> Iterator[tuple[P, Proxy, Array]]:
     """Pieces of the batch that fit the cache, scaled, with the exponent by which answers are scaled back.
 
-    The largest number of each pair is brought to about 1. Some rules do that themselves and take the batch whole. So
+    The largest number of each pair is brought to about 1. Some rules do that themselves and take the batch `whole`. So
     do unions: their pieces come through this door again, one by one.
     """
     rows = len(x)
-    if rule.whole or isinstance(x, UNIONS) or isinstance(y, UNIONS):
+    if whole or isinstance(x, UNIONS) or isinstance(y, UNIONS):
         still = power_of_two(np.zeros(rows))
         yield (x.times_power(still) if isinstance(x, Ray) else x), y, still
         return

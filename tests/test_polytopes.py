@@ -17,6 +17,7 @@ from refimpl.compiling import is_compiled, module_for
 from refimpl.kernels import axes
 from refimpl.kernels import polytopes as rows
 from refimpl.kernels import polytopes_batch as batch
+from refimpl.pairs import TABLE
 from tests import truth
 from tests.conftest import effort, name_of, scenes_of
 
@@ -221,9 +222,10 @@ def test_what_an_arc_promises_is_never_less_than_the_gap_along_it():
         placed = []
         for shape in (a, b):
             found = polytopes.side(shape)
-            geometry, note, row = (x[0].tolist() for x in (found.geometries, found.notes, found.rows))
+            geometry = found.geometries[0].tolist()
             body, pose = [0.0] * len(geometry), [0.0] * (rows.FACTOR + 1)
-            batch._put(found.kind, row, note, int(found.powers[0]), 0, (1.0, 1.0), [], pose)
+            total = int(found.notes[batch.POWER]) + int(found.powers[0])
+            batch.put(found.kind, found.rows, 0, found.notes, 0, total, (1.0, 1.0), found.own, pose)
             offset = tuple(pose[:3])
             rows.place_vertices(geometry, pose, offset, body)
             rows.place_faces(geometry, pose, offset, body)
@@ -296,3 +298,37 @@ def test_an_empty_batch_has_no_answers(b):
         HalfSpace(none + 1, none[:, 0]),
     ):
         assert refimpl.distance(a, b).normal.shape == (0, 3)
+
+
+# ---- scaling and order, which the kernels do themselves ------------------------------------------------------
+
+WHOLE = [pair for pair, rule in TABLE.items() if rule.whole]
+
+
+@pytest.mark.parametrize("pair", WHOLE, ids=name_of)
+def test_a_power_of_two_scales_every_answer_exactly(pair):
+    a, b = scenes_of(pair, "generic", 10)
+    found = refimpl.distance(a, b)
+    for exponent in (-900, 3, 1010):
+        grown = refimpl.distance(a.times_power(np.int64(exponent)), b.times_power(np.int64(exponent)))
+        assert np.array_equal(grown.normal, found.normal)
+        for name in ("distance", "on_a", "on_b"):
+            assert np.array_equal(getattr(grown, name), np.ldexp(getattr(found, name), exponent)), name
+
+
+def test_what_has_no_size_is_not_scaled():
+    for exponent in (-900, 7, 900):
+        spot = SPOT.times_power(np.int64(exponent))
+        for other in (spot, SPOT, Point((0, 0, 0))):
+            assert refimpl.distance(spot, other).distance == 0
+        assert refimpl.distance(spot, Point((0, 3, 4))).distance == 5
+
+
+def test_planes_and_vertices_of_the_same_numbers_are_put_in_order():
+    """Two solids with one middle and of about one size, told apart only by what their numbers mean."""
+    planes = np.concatenate([0.9 * np.concatenate([np.eye(3), -np.eye(3)]), np.full((6, 1), -0.5)], axis=1)
+    a, b = ConvexPolyhedron(planes), hull(planes.reshape(8, 3))
+    there, back = refimpl.distance(a, b), refimpl.distance(b, a)
+    assert there.distance == back.distance < 0
+    assert np.array_equal(there.on_a, back.on_b)
+    assert np.array_equal(there.normal, -back.normal)

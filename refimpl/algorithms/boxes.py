@@ -13,7 +13,7 @@ import numpy as np
 from refimpl.algorithms.nearest import box_excess
 from refimpl.algorithms.rounds import grown
 from refimpl.compiling import module_for, numbers
-from refimpl.kernels.boxes import ALIGNED, FRAME, PLACED, SEGMENT, TURNED
+from refimpl.kernels.boxes import ALIGNED, FRAME, NUMBERS, PLACED, SEGMENT, TURNED
 from refimpl.kernels.polytopes_nearest import ROOM
 from refimpl.kernels.polytopes_pair import FEATURES
 from refimpl.linear import Array, Bools, apply, apply_inverse, cross, dot, rotation_matrix, unit_or
@@ -94,7 +94,7 @@ def _searched(a: Capsule | AABB | Box, b: AABB | Box) -> Separation:
     """Separation of a capsule's axis or a box from a box, by the scalar kernel."""
     module = module_for("boxes", len(a))
     kinds = {Capsule: SEGMENT, AABB: ALIGNED, Box: TURNED}
-    room = (np.zeros(n) for n in (FRAME, FRAME, PLACED, PLACED, ROOM, FEATURES))
+    room = (np.zeros(n) for n in (NUMBERS, FRAME, FRAME, PLACED, PLACED, ROOM, FEATURES))
     answers = numbers(np.zeros((len(a), 10)), module)
     rows_a, rows_b = numbers(a.pack(), module), numbers(b.pack(), module)
     module.box_separations(kinds[type(a)], rows_a, kinds[type(b)], rows_b, *(numbers(r, module) for r in room), answers)

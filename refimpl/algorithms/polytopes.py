@@ -19,9 +19,10 @@ from refimpl.derived import Derived
 from refimpl.hulls import Hull, hull_of_box
 from refimpl.kernels.boxes import ALIGNED, SEGMENT, TURNED
 from refimpl.kernels.polytopes import BOX, DIRECTORY, FACE, FACTOR, FIRST, GRID
-from refimpl.kernels.polytopes_batch import NOTHING, PLACED, POINT, STANDING, Side
+from refimpl.kernels.polytopes_batch import NOTE, PLACED, POINT, STANDING, Side
 from refimpl.kernels.polytopes_nearest import ROOM
 from refimpl.kernels.polytopes_pair import FEATURES
+from refimpl.kernels.scaling import NOTHING
 from refimpl.linear import Array, apply, apply_inverse, dot, norm, power_of_two, rotation_matrix, unit_or
 from refimpl.results import Separation
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Point, Proxy, Sphere
@@ -116,20 +117,21 @@ def side(x: Proxy) -> Side:
     if isinstance(x, (KDOP, ConvexPolyhedron)):
         derived = x.derived()
         rows = np.zeros((count, 0)) if isinstance(x, KDOP) else np.concatenate([x.position, x.rotation], axis=1)
+        geometries, notes = _table_of(derived)
         index = [np.array(column, dtype=np.int64) for column in (derived.which, derived.exponent)]
-        columns = [rows, *_table_of(derived), *index, _own_row(POINT)]
+        columns = [rows.reshape(-1), rows.shape[1], geometries, notes.reshape(-1), *index, _own_row(POINT)]
         return Side(STANDING if isinstance(x, KDOP) else PLACED, *columns)
-    kind, none = KINDS[type(x)], np.zeros(count, dtype=np.int64)
+    kind, rows, none = KINDS[type(x)], x.pack(), np.zeros(count, dtype=np.int64)
     own = _own_row(kind)
-    columns = [x.pack(), own[None], np.zeros((1, 6)), none, none, own.copy()]
+    columns = [rows.reshape(-1), rows.shape[1], own[None], np.zeros(NOTE), none, none, own.copy()]
     return Side(kind, *columns)
 
 
 def _as_lists(found: Any) -> Side:
     """Give the same as lists, without the geometries that none of the batch has."""
     used, which = np.unique(found.which, return_inverse=True)
-    columns = (found.rows, found.geometries[used], found.notes[used], which, found.powers, found.own)
-    return Side(found.kind, *(column.tolist() for column in columns))
+    columns = (found.geometries[used], found.notes.reshape(-1, NOTE)[used].reshape(-1), which, found.powers, found.own)
+    return Side(found.kind, found.rows.tolist(), found.width, *(column.tolist() for column in columns))
 
 
 def separate(a: Proxy, b: Proxy) -> Separation:
@@ -138,7 +140,7 @@ def separate(a: Proxy, b: Proxy) -> Separation:
     Each pair is scaled by itself, so the batches may come as they are.
     """
     x, y = side(a), side(b)
-    count, width = len(x.rows), max(np.shape(s.geometries)[1] for s in (x, y))
+    count, width = len(a), max(np.shape(s.geometries)[1] for s in (x, y))
     module = module_for("polytopes_batch", count * (1 + width // LARGE))
     if not is_compiled(module):
         x, y = _as_lists(x), _as_lists(y)

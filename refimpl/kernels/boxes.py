@@ -14,11 +14,14 @@ from .axes import ROUNDING, crossed, three
 from .polytopes import BOX, CENTRE, DIRECTORY, EDGES, FIRST, N_VERTICES, Row, Scratch
 from .polytopes_nearest import APART, nearest, on_first, on_second
 from .polytopes_pair import HERE, Answer, across_features, comes_later, touching_points, write
+from .scaling import Powers, exponent_of, larger, powers, scaled
 from .vectors import Vector, cross, dot, length, minus, opposite, perpendicular, plus, times, unit_or
 
 SEGMENT, ALIGNED, TURNED = 0, 1, 2
 """What a row of numbers is: p, q (and a radius); lower, upper; centre, half extents, quaternion."""
 HALF, AXES, FRAME = 3, 6, 15
+NUMBERS = 10
+"""How many numbers a proxy has at most."""
 PLACED = FIRST + 33
 """Room for the corners and half edges of a box."""
 
@@ -148,11 +151,21 @@ def separation_of_boxes(
 
 
 @kernel
+def _put_scaled(row: Row, by: Powers, found: Scratch) -> None:
+    """Copy the numbers of a proxy, of which the first six are lengths, to be scaled."""
+    _write(found, 0, scaled(three(row, 0), by))
+    _write(found, 3, scaled(three(row, 3), by))
+    for i in range(6, len(row)):
+        found[i] = row[i]
+
+
+@kernel
 def box_separations(
     kind_a: int,
     rows_a: Sequence[Row],
     kind_b: int,
     rows_b: Sequence[Row],
+    row: Scratch,
     fa: Scratch,
     fb: Scratch,
     a: Scratch,
@@ -166,13 +179,18 @@ def box_separations(
     Of two of a kind, the one with the smaller numbers is put first, so that both orders give the same bits.
     """
     for i in range(len(rows_a)):
-        turned = kind_a == kind_b and comes_later(rows_a[i], rows_b[i])
-        set_frame(kind_a, rows_b[i] if turned else rows_a[i], fa)
-        set_frame(kind_b, rows_a[i] if turned else rows_b[i], fb)
+        row_a, row_b = rows_a[i], rows_b[i]
+        exponent = larger(exponent_of(row_a, 0, 6), exponent_of(row_b, 0, 6))
+        by, back = powers(-exponent), powers(exponent)
+        turned = kind_a == kind_b and comes_later(row_a, row_b)
+        _put_scaled(row_b if turned else row_a, by, row)
+        set_frame(kind_a, row, fa)
+        _put_scaled(row_a if turned else row_b, by, row)
+        set_frame(kind_b, row, fb)
         origin = three(fa, 0)
         offset = minus(three(fb, 0), origin)
         sigma, n, x, y = separation_of_boxes(kind_a, fa, fb, offset, a, b, s, listed)
-        x, y = plus(origin, x), plus(origin, y)
+        x, y = scaled(plus(origin, x), back), scaled(plus(origin, y), back)
         if turned:
             n, x, y = opposite(n), y, x
-        write(answers[i], sigma, n, x, y)
+        write(answers[i], sigma * back[0] * back[1], n, x, y)

@@ -7,7 +7,6 @@ power of two, which is exact, so that the largest becomes about 1; the answer is
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -16,7 +15,8 @@ from .axes import three
 from .boxes import SEGMENT, TURNED, axes_of
 from .gjk import store
 from .polytopes import DIRECTION, FACE, FACTOR, FIRST, OFFSET, Row, Scratch, first_edge, first_face
-from .polytopes_pair import comes_later, separation, write
+from .polytopes_pair import separation, write
+from .scaling import Powers, exponent_of, larger, power, powers, scaled
 from .vectors import Vector, dot, minus, opposite, plus, times, unit_or
 
 POINT, STANDING, PLACED = 3, 4, 5
@@ -24,10 +24,8 @@ POINT, STANDING, PLACED = 3, 4, 5
 geometry in a frame of its own, position and quaternion."""
 MIDDLE, POWER = 0, 3
 """A note on a geometry: where its origin lies, the exponent of its scale, and two numbers that tell it from others."""
-STEP = 1000
-"""Powers of two beyond ±1000 are taken in two steps, so that neither overflows."""
-NOTHING = -10_000
-"""Exponent of the size of what has none."""
+NOTE = 6
+"""How many numbers a note has."""
 Ints = Sequence[int]
 
 
@@ -38,10 +36,10 @@ class Side(NamedTuple):
     ----------
     kind
         What the rows are.
-    rows
-        Numbers of each proxy.
+    rows, width
+        Numbers of all proxies, one after the other, and how many each has.
     geometries, notes
-        Table of derived geometries, and a note on each.
+        Table of derived geometries, and notes on them, one after the other.
     which, powers
         For each proxy: its geometry, and the exponent by which that is to be scaled.
     own
@@ -49,48 +47,21 @@ class Side(NamedTuple):
     """
 
     kind: int
-    rows: Sequence[Row]
+    rows: Row
+    width: int
     geometries: Sequence[Row]
-    notes: Sequence[Row]
+    notes: Row
     which: Ints
     powers: Ints
     own: Scratch
 
 
 @kernel
-def _exponent(kind: int, row: Row, note: Row, power: int) -> int:
-    """Exponent of the largest coordinate or extent of a proxy."""
-    most, found = 0.0, NOTHING
-    for i in range(0 if kind == STANDING else 3 if kind in (POINT, PLACED) else 6):
-        most = max(most, abs(row[i]))
-    if most > 0.0:
-        found = math.frexp(most)[1]
-    return max(found, int(note[POWER]) + power) if kind in (STANDING, PLACED) else found
-
-
-@kernel
-def _power(exponent: int) -> float:
-    """2^exponent, by repeated squaring."""
-    factor, found, n = 2.0 if exponent > 0 else 0.5, 1.0, abs(exponent)
-    while n > 0:
-        if n & 1:
-            found *= factor
-        factor *= factor
-        n >>= 1
-    return found
-
-
-@kernel
-def _powers(exponent: int) -> tuple[float, float]:
-    """Two factors that make 2^exponent, of which neither overflows."""
-    first = max(min(exponent, STEP), -STEP)
-    return _power(first), _power(exponent - first)
-
-
-@kernel
-def _scaled(v: Vector, by: tuple[float, float]) -> Vector:
-    """Vector times two factors."""
-    return times(by[1], times(by[0], v))
+def _exponent(kind: int, rows: Row, at: int, derived: int) -> int:
+    """Exponent of the largest coordinate or extent of a proxy, of whose geometry it is `derived`."""
+    if kind in (STANDING, PLACED):
+        return max(derived, exponent_of(rows, at, 3 if kind == PLACED else 0))
+    return exponent_of(rows, at, 3 if kind == POINT else 6)
 
 
 @kernel
@@ -122,35 +93,37 @@ def _put_axes(u: Vector, v: Vector, w: Vector, pose: Scratch) -> None:
 
 
 @kernel
-def _put_derived(kind: int, row: Row, note: Row, factor: float, by: tuple[float, float], pose: Scratch) -> None:
+def _put_derived(
+    kind: int, rows: Row, at: int, notes: Row, note: int, factor: float, by: Powers, pose: Scratch
+) -> None:
     """Write the pose of a derived geometry, which is multiplied by `factor`."""
-    middle = times(factor, three(note, MIDDLE))
+    middle = times(factor, three(notes, note + MIDDLE))
     pose[FACTOR] = factor
     if kind == STANDING:
         _put_axes((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), pose)
         store(pose, 0, middle)
         return
-    u, v, w = axes_of(row, 3)
+    u, v, w = axes_of(rows, at + 3)
     _put_axes(u, v, w, pose)
     turned = (dot(three(pose, 3), middle), dot(three(pose, 6), middle), dot(three(pose, 9), middle))
-    store(pose, 0, plus(_scaled(three(row, 0), by), turned))
+    store(pose, 0, plus(scaled(three(rows, at), by), turned))
 
 
 @kernel
-def _put_own(kind: int, row: Row, by: tuple[float, float], own: Scratch, pose: Scratch) -> None:
+def _put_own(kind: int, rows: Row, at: int, by: Powers, own: Scratch, pose: Scratch) -> None:
     """Write the pose of a point, a segment or a box, and its geometry."""
-    p = _scaled(three(row, 0), by)
+    p = scaled(three(rows, at), by)
     store(pose, 0, p)
     pose[FACTOR] = 1.0
     if kind == TURNED:
-        u, v, w = axes_of(row, 6)
+        u, v, w = axes_of(rows, at + 6)
         _put_axes(u, v, w, pose)
-        half = _scaled(three(row, 3), by)
+        half = scaled(three(rows, at + 3), by)
         _put_box(opposite(half), half, own)
         return
     _put_axes((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), pose)
     if kind != POINT:
-        q = _scaled(three(row, 3), by)
+        q = scaled(three(rows, at + 3), by)
         origin = plus(times(0.5, p), times(0.5, q))
         store(pose, 0, origin)
         if kind == SEGMENT:
@@ -160,24 +133,23 @@ def _put_own(kind: int, row: Row, by: tuple[float, float], own: Scratch, pose: S
 
 
 @kernel
-def _put(
-    kind: int, row: Row, note: Row, power: int, exponent: int, by: tuple[float, float], own: Scratch, pose: Scratch
+def put(
+    kind: int, rows: Row, at: int, notes: Row, note: int, total: int, by: Powers, own: Scratch, pose: Scratch
 ) -> None:
-    """Write the pose of a proxy, all lengths times 2^exponent, and its geometry where that is its own."""
+    """Write the pose of a proxy, lengths times `by`: with its own geometry, or a derived one times 2^total."""
     if kind in (STANDING, PLACED):
-        _put_derived(kind, row, note, _power(int(note[POWER]) + power + exponent), by, pose)
+        _put_derived(kind, rows, at, notes, note, power(total), by, pose)
     else:
-        _put_own(kind, row, by, own, pose)
+        _put_own(kind, rows, at, by, own, pose)
 
 
 @kernel
-def _later(row: Row, note: Row, power: int, other_row: Row, other_note: Row, other_power: int) -> bool:
-    """Whether the first of two proxies of one kind comes later in the order of their numbers."""
-    if comes_later(row, other_row):
-        return True
-    if comes_later(other_row, row):
-        return False
-    return power > other_power if power != other_power else comes_later(note, other_note)
+def _order(x: Row, at: int, y: Row, to: int, count: int) -> float:
+    """Positive if the first of the numbers that differ is greater in x, negative if it is in y, else 0."""
+    for i in range(count):
+        if x[at + i] != y[to + i]:
+            return 1.0 if x[at + i] > y[to + i] else -1.0
+    return 0.0
 
 
 @kernel
@@ -197,24 +169,30 @@ def separations(
 
     Of two of a kind, the one with the smaller numbers is put first, so that both orders give the same bits.
     """
-    derived_a, derived_b = a.kind in (STANDING, PLACED), b.kind in (STANDING, PLACED)
+    kind_a, rows_a, width_a, geometries_a, notes_a, which_a, powers_a, own_a = a
+    kind_b, rows_b, width_b, geometries_b, notes_b, which_b, powers_b, own_b = b
+    derived_a, derived_b = kind_a in (STANDING, PLACED), kind_b in (STANDING, PLACED)
     for i in range(len(answers)):
-        j, k, power_a, power_b, row_a, row_b = a.which[i], b.which[i], a.powers[i], b.powers[i], a.rows[i], b.rows[i]
-        note_a, note_b = a.notes[j], b.notes[k]
-        exponent = max(_exponent(a.kind, row_a, note_a, power_a), _exponent(b.kind, row_b, note_b, power_b))
-        exponent = 0 if exponent == NOTHING else exponent
-        by, back = _powers(-exponent), _powers(exponent)
-        _put(a.kind, row_a, note_a, power_a, -exponent, by, a.own, pose_a)
-        _put(b.kind, row_b, note_b, power_b, -exponent, by, b.own, pose_b)
-        geometry_a, geometry_b = a.geometries[j] if derived_a else a.own, b.geometries[k] if derived_b else b.own
-        turned = a.kind == b.kind and _later(row_a, note_a, power_a, row_b, note_b, power_b)
-        if turned:
+        at, to, note_a, note_b = width_a * i, width_b * i, NOTE * which_a[i], NOTE * which_b[i]
+        exponent_a, exponent_b = int(notes_a[note_a + POWER]) + powers_a[i], int(notes_b[note_b + POWER]) + powers_b[i]
+        exponent = larger(_exponent(kind_a, rows_a, at, exponent_a), _exponent(kind_b, rows_b, to, exponent_b))
+        by, back = powers(-exponent), powers(exponent)
+        put(kind_a, rows_a, at, notes_a, note_a, exponent_a - exponent, by, own_a, pose_a)
+        put(kind_b, rows_b, to, notes_b, note_b, exponent_b - exponent, by, own_b, pose_b)
+        geometry_a = geometries_a[which_a[i]] if derived_a else own_a
+        geometry_b = geometries_b[which_b[i]] if derived_b else own_b
+        order = 0.0
+        if kind_a == kind_b:
+            order = _order(rows_a, at, rows_b, to, width_a)
+            order = 1.0 * (powers_a[i] - powers_b[i]) if order == 0.0 else order
+            order = _order(notes_a, note_a, notes_b, note_b, NOTE) if order == 0.0 else order
+        if order > 0.0:
             found = separation(geometry_b, pose_b, geometry_a, pose_a, placed_b, placed_a, s, listed_b, listed_a)
         else:
             found = separation(geometry_a, pose_a, geometry_b, pose_b, placed_a, placed_b, s, listed_a, listed_b)
         sigma, n, x, y = found
-        origin = three(pose_b, 0) if turned else three(pose_a, 0)
-        x, y = _scaled(plus(origin, x), back), _scaled(plus(origin, y), back)
-        if turned:
+        origin = three(pose_b, 0) if order > 0.0 else three(pose_a, 0)
+        x, y = scaled(plus(origin, x), back), scaled(plus(origin, y), back)
+        if order > 0.0:
             n, x, y = opposite(n), y, x
         write(answers[i], sigma * back[0] * back[1], n, x, y)

@@ -17,10 +17,10 @@ from .polytopes import (
     CENTRE,
     FACE,
     N_FACES,
+    N_VERTICES,
     OFFSET,
     Row,
     Scratch,
-    farthest,
     first_face,
     gap_along,
     lowest,
@@ -104,13 +104,28 @@ def touching_points(a: Row, b: Row, sigma: float, n: Vector, close: float, s: Sc
 
 
 @kernel
-def _within_face(body: Row, face: int, x: Vector, close: float) -> bool:
-    """Whether a point in a face's plane lies within the face, and clear of all others by `close`."""
-    start = first_face(body)
+def _on_one_face(body: Row, x: Vector, close: float) -> bool:
+    """Whether a point is in one face's plane up to `close`, and clearly behind all others."""
+    count, start = 0, first_face(body)
     for at in range(start, start + FACE * int(body[N_FACES]), FACE):
-        if at != face and dot(three(body, at), x) - body[at + OFFSET] > -close:
-            return False
-    return face >= 0
+        height = dot(three(body, at), x) - body[at + OFFSET]
+        if height > -close:
+            count += 1
+            if count > 1 or height > close:
+                return False
+    return count == 1
+
+
+@kernel
+def _corner_on_face(a: Row, b: Row, sigma: float, n: Vector, close: float) -> tuple[bool, Vector]:
+    """Vertex of B that lies inside a face of A once B is moved along n by −sigma, and whether there is one."""
+    lowest_one = vertex(b, lowest(b, n))
+    level = dot(n, lowest_one) + close
+    for i in range(int(b[N_VERTICES])):
+        y = vertex(b, i)
+        if dot(n, y) <= level and _on_one_face(a, along(y, -sigma, n), close):
+            return True, y
+    return False, lowest_one
 
 
 @kernel
@@ -129,23 +144,35 @@ def meeting_points(
 ) -> tuple[bool, Vector, Vector]:
     """Witness points where the features that gave the direction meet in their inside, and whether they do.
 
-    A face meets the lowest vertex of the other polytope, an edge another edge. `of_a` and `of_b` are what
-    `widest_axis` gives.
+    A face meets a vertex of the other polytope, an edge another edge. `of_a` and `of_b` are what `widest_axis` gives.
     """
-    if of_b < 0:
-        y = vertex(b, lowest(b, n))
-        x = along(y, -sigma, n)
-        return _within_face(a, of_a, x, close), x, y
-    if of_a < 0:
-        x = vertex(a, farthest(a, n))
-        y = along(x, sigma, n)
-        return _within_face(b, of_b, y, close), x, y
+    if of_a < 0 or of_b < 0:
+        met, y = _corner_on_face(a, b, sigma, n, close)
+        if met:
+            return True, along(y, -sigma, n), y
+        met, x = _corner_on_face(b, a, sigma, opposite(n), close)
+        return met, x, along(x, sigma, n)
     p, q = vertex(a, int(geometry_a[of_a])), vertex(b, int(geometry_b[of_b]))
     e, f = minus(vertex(a, int(geometry_a[of_a + 1])), p), minus(vertex(b, int(geometry_b[of_b + 1])), q)
     s, t = _crossing(p, e, q, f)
     inside = CORNER < s < 1.0 - CORNER and CORNER < t < 1.0 - CORNER
     x = along(p, s, e)
     return inside and abs(dot(minus(q, p), n) - sigma) <= close, x, along(x, sigma, n)
+
+
+@kernel
+def _first_axis(
+    geometry_a: Row, pose_a: Row, geometry_b: Row, pose_b: Row, a: Row, b: Row, start: Vector
+) -> tuple[Vector, float]:
+    """Direction to begin with, and the gap along it: that of the centres, or one that polytopes without faces need."""
+    best = unit_or(start, HERE)
+    gap = -math.inf if best == HERE else gap_along(a, b, best)
+    if gap == -math.inf or a[N_FACES] == 0.0 or b[N_FACES] == 0.0:
+        other = some_axis(geometry_a, pose_a, geometry_b, pose_b)
+        here = gap_along(a, b, other)
+        if here > gap:
+            return other, here
+    return best, gap
 
 
 @kernel
@@ -185,12 +212,7 @@ def separation(
         place_faces(geometry_a, pose_a, HERE, a)
         place_faces(geometry_b, pose_b, offset, b)
         if gap == -math.inf:
-            best = some_axis(geometry_a, pose_a, geometry_b, pose_b)
-            gap = gap_along(a, b, best)
-            straight = unit_or(start, best)
-            here = gap_along(a, b, straight)
-            if here > gap:
-                best, gap = straight, here
+            best, gap = _first_axis(geometry_a, pose_a, geometry_b, pose_b, a, b, start)
         best, gap, of_a, of_b = widest_axis(
             geometry_a, pose_a, geometry_b, pose_b, a, b, best, gap, size, listed_a, listed_b
         )
