@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,9 @@ class Claim:
 
         Where σ is only known to lie between two numbers, as for unions that overlap, the kinder one counts.
         """
+        if not self.made.any():
+            nothing = np.full(len(self.made), -np.inf)
+            return nothing, nothing, np.zeros(len(self.made))
         least, most = signed(self.x, self.y, self.made)
         size = np.maximum(
             np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(most), np.abs(most), 0.0)
@@ -133,7 +137,7 @@ class Questioned:
         if self.query != BOOLEAN:
             yield from self._value_claims()
 
-    @property
+    @cached_property
     def size(self) -> Array:
         """Largest coordinate or extent of each scene."""
         return np.maximum(self.a.magnitude, self.b.magnitude)
@@ -145,6 +149,7 @@ class Questioned:
         pair = self.a[rows], self.b[rows]
         return Questioned(self.query, *pair, *margins, answers, self.answered[rows], self.waived, self.ways_out)
 
+    @cached_property
     def unusable(self) -> Bools:
         """Rows in which the engine owes a number and gave none, or gave one that no scene can have."""
         answers, hit = self.answers, self.answers.hit == 1
@@ -183,7 +188,7 @@ class Questioned:
         by_convention: bool = False,
     ) -> Claim:
         most, slack = (np.broadcast_to(np.asarray(v, dtype=np.float64), made.shape) for v in (cap, rounding))
-        made = made & self.answered & ~self.unusable()
+        made = made & self.answered & ~self.unusable
         return Claim(x, y, *bounds, *words, kind, made, margin, most, slack, by_convention)
 
     @property
@@ -230,7 +235,7 @@ class Questioned:
         made = made & (np.abs(move).max(axis=-1) < 1e150)
         zero, move = self._nothing, np.where(made[:, None], move, 0.0)
         low = np.where(self._of_a_piece(made, margin), -np.inf, zero)
-        first_moves = isinstance(self.b, FRAGILE) and not isinstance(self.a, FRAGILE)
+        first_moves = is_fragile(self.b) and not is_fragile(self.a)
         x, y = (self.a.translated(-move), self.b) if first_moves else (self.a, self.b.translated(move))
         before, after = (self.a, x) if first_moves else (self.b, y)
         rounding = ROUNDING * (np.maximum(after.magnitude, before.magnitude) + np.abs(move).max(axis=-1))
@@ -295,7 +300,7 @@ class Questioned:
         hit, missed = answers.hit == 1, answers.hit == 0
         margin = self.margin_b
         reach = past(ray, self.b)
-        usable = ~self.unusable()
+        usable = ~self.unusable
         reach = np.where(hit & usable & np.isfinite(answers.t), np.maximum(reach, answers.t), reach)
         end = ray.at(reach)
         whole, rounding = Capsule(ray.origin, end, zero), _rounding(ray.origin, end)
@@ -325,10 +330,15 @@ class Questioned:
         yield self._unit_claim(hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1))
 
 
+def is_fragile(shape: Proxy) -> bool:
+    """Whether rounding a move may turn or bend a shape, or a part of it."""
+    return any(map(is_fragile, shape.parts)) if isinstance(shape, Composite) else isinstance(shape, FRAGILE)
+
+
 def _leverage(shape: Proxy) -> Array | float:
     """By how much the rounding of a move grows: rounding the ends of a flat disc's axis turns the disc."""
     if isinstance(shape, Composite):
-        return np.max([np.broadcast_to(_leverage(part), len(shape)) for part in shape.parts], axis=0)
+        return np.asarray(np.max([np.broadcast_to(_leverage(part), len(shape)) for part in shape.parts], axis=0))
     if isinstance(shape, Cylinder):
         return 1.0 + shape.radius / norm(shape.q - shape.p)
     return 1.0

@@ -15,7 +15,7 @@ import oracles.reference
 from oracles import claims
 from oracles.answers import reference_answers, take
 from oracles.audit import audit
-from oracles.claims import FRAGILE
+from oracles.claims import is_fragile
 from oracles.engine import COLUMNS, WIDTH, Answers, Bound, Convention, Effective, Kind, Status, Tolerance
 from oracles.judge import Judge
 from oracles.outcome import Kind as Verdicts
@@ -249,7 +249,7 @@ def agrees_with_itself(cell: Cell, a: Proxy, b: Proxy, regime: str) -> None:
                 assert not screening.certain[i], case
                 scene = Scene(cell.query, a[i], b[i], regime)
                 right = {Verdicts.AGREES}
-                if regime == "sliver" and isinstance(a, FRAGILE) and isinstance(b, FRAGILE):
+                if regime == "sliver" and is_fragile(a) and is_fragile(b):
                     # rounding a move turns either of them
                     right.add(Verdicts.UNDECIDED)
                 assert Judge(engine).convict(scene, take(answers, [i])).kind in right, case
