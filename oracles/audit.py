@@ -10,7 +10,7 @@ import numpy as np
 from oracles.answers import reference_answers
 from oracles.claims import Questioned
 from oracles.outcome import Kind, Severity, Verdict
-from oracles.reference import error_of, proven
+from oracles.reference import SEARCH_ERROR, error_of, proven
 from oracles.scene import DISTANCE, RAYCAST, Scene
 from refimpl import Proxy, Ray, distance, raycast
 from refimpl.proof import InvalidCertificate
@@ -48,18 +48,14 @@ def audit(a: Proxy, b: Proxy) -> Verdict:
 
 
 def _broken_claim(scene: Scene) -> str:
-    """Symptom of a claim that the reference's normal, witnesses or hit point break; empty when all hold.
-
-    Of unions that overlap, the answer is a way out: what is claimed and proven is its length, which may leave a gap.
-    """
+    """Symptom of a claim that the reference's normal, witnesses or hit point break; empty when all hold."""
     a, b = scene.a[None], scene.b[None]
     answers = reference_answers(scene.query, a, b)
-    rows = Questioned(scene.query, a, b, np.zeros(1), np.zeros(1), answers, np.ones(1, dtype=bool))
-    if rows.of_union and answers.distance[0] < 0:
-        return ""
+    rows = Questioned(scene.query, a, b, np.zeros(1), np.zeros(1), answers, np.ones(1, dtype=bool), ways_out=True)
+    known_to = SEARCH_ERROR if rows.of_union and answers.distance[0] < 0 else error_of(a, b)  # ways out are searched
     for claim in rows.claims():
         below, above, error = claim.violations()
-        allowed = 4 * max(float(error[0]), error_of(a, b) * scene.size)
+        allowed = 4 * max(float(error[0]), known_to * scene.size)
         for excess, symptom in ((below, claim.below), (above, claim.above)):
             if excess[0] > allowed:
                 return symptom

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from oracles.answers import take
 from oracles.engine import Answers, Convention
 from oracles.reference import UNIONS, error_of, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
-from refimpl import KDOP, Box, Capsule, Cylinder, HalfSpace, Point, Proxy, Ray
+from refimpl import KDOP, Box, Capsule, Composite, Cylinder, HalfSpace, Point, Proxy, Ray
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
 
 NOT_A_NUMBER = "not a number"
@@ -83,6 +84,9 @@ class Claim:
 
         Where σ is only known to lie between two numbers, as for unions that overlap, the kinder one counts.
         """
+        if not self.made.any():
+            nothing = np.full(len(self.made), -np.inf)
+            return nothing, nothing, np.zeros(len(self.made))
         least, most = signed(self.x, self.y, self.made)
         size = np.maximum(
             np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(most), np.abs(most), 0.0)
@@ -101,6 +105,9 @@ ROUNDING = 2.0**-50
 UNIT_ERROR = 1e-6
 """How far from 1 a normal's length may be: engines that keep normals in single precision are not wrong."""
 
+PIECE = 1.01
+"""An overlap said to be deeper than its deepest pair of pieces by no more than this factor may be meant to be that."""
+
 LARGEST = 1e150
 """No scene has such numbers; an engine that answers one, the largest double for instance, has not set it."""
 
@@ -118,6 +125,8 @@ class Questioned:
     answered: Bools
     waived: frozenset[Convention] = frozenset()
     """Conventions of the engine's that take back a claim."""
+    ways_out: bool = False
+    """Whether any overlap of unions is answered by a way out, as the reference does, and never by that of a piece."""
 
     def claims(self) -> Iterator[Claim]:
         """Every claim the answers make, the gravest first."""
@@ -128,7 +137,7 @@ class Questioned:
         if self.query != BOOLEAN:
             yield from self._value_claims()
 
-    @property
+    @cached_property
     def size(self) -> Array:
         """Largest coordinate or extent of each scene."""
         return np.maximum(self.a.magnitude, self.b.magnitude)
@@ -137,8 +146,10 @@ class Questioned:
         """Pick rows."""
         margins = self.margin_a[rows], self.margin_b[rows]
         answers = take(self.answers, rows)
-        return Questioned(self.query, self.a[rows], self.b[rows], *margins, answers, self.answered[rows], self.waived)
+        pair = self.a[rows], self.b[rows]
+        return Questioned(self.query, *pair, *margins, answers, self.answered[rows], self.waived, self.ways_out)
 
+    @cached_property
     def unusable(self) -> Bools:
         """Rows in which the engine owes a number and gave none, or gave one that no scene can have."""
         answers, hit = self.answers, self.answers.hit == 1
@@ -177,7 +188,7 @@ class Questioned:
         by_convention: bool = False,
     ) -> Claim:
         most, slack = (np.broadcast_to(np.asarray(v, dtype=np.float64), made.shape) for v in (cap, rounding))
-        made = made & self.answered & ~self.unusable()
+        made = made & self.answered & ~self.unusable
         return Claim(x, y, *bounds, *words, kind, made, margin, most, slack, by_convention)
 
     @property
@@ -218,22 +229,29 @@ class Questioned:
     def _normal_claim(self, made: Bools, margin: Array) -> Iterator[Claim]:
         """Moving B back along the normal by the signed distance, or A forth, makes the two touch.
 
-        Not so for unions that overlap: their depth may be that of a piece, when other pieces still overlap, or that of
-        a way out, which need not be the shortest.
+        Where unions overlap, the answer may be that of one pair of pieces, and others may overlap still.
         """
         move = np.where(made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0)
         made = made & (np.abs(move).max(axis=-1) < 1e150)
-        if self.of_union:
-            made &= ~(self.answers.distance < 0)
         zero, move = self._nothing, np.where(made[:, None], move, 0.0)
-        first_moves = isinstance(self.b, FRAGILE) and not isinstance(self.a, FRAGILE)
+        low = np.where(self._of_a_piece(made, margin), -np.inf, zero)
+        first_moves = is_fragile(self.b) and not is_fragile(self.a)
         x, y = (self.a.translated(-move), self.b) if first_moves else (self.a, self.b.translated(move))
         before, after = (self.a, x) if first_moves else (self.b, y)
         rounding = ROUNDING * (np.maximum(after.magnitude, before.magnitude) + np.abs(move).max(axis=-1))
         rounding = np.where(made, rounding * _leverage(after), 0.0)
         waived = self.query == CONTACTS and Convention.OF_ONE_TRIANGLE in self.waived
         words = STUCK, OVERSHOT
-        yield self._claim(x, y, (zero, zero), words, VALUE, made, margin, rounding=rounding, by_convention=waived)
+        yield self._claim(x, y, (low, zero), words, VALUE, made, margin, rounding=rounding, by_convention=waived)
+
+    def _of_a_piece(self, made: Bools, margin: Array) -> Bools:
+        """Overlaps of unions that are not said to be deeper than the deepest pair of their pieces, or hardly."""
+        overlapping = made & (self.answers.distance < 0)
+        if self.ways_out or not self.of_union or not overlapping.any():
+            return np.zeros(len(made), dtype=bool)
+        _, most = signed(self.a, self.b, overlapping)
+        deepest = margin - np.minimum(most, 0.0)
+        return np.asarray(overlapping & (-self.answers.distance <= PIECE * deepest))
 
     def _unit_claim(self, made: Bools) -> Claim:
         """A normal has unit length, to single precision."""
@@ -282,7 +300,7 @@ class Questioned:
         hit, missed = answers.hit == 1, answers.hit == 0
         margin = self.margin_b
         reach = past(ray, self.b)
-        usable = ~self.unusable()
+        usable = ~self.unusable
         reach = np.where(hit & usable & np.isfinite(answers.t), np.maximum(reach, answers.t), reach)
         end = ray.at(reach)
         whole, rounding = Capsule(ray.origin, end, zero), _rounding(ray.origin, end)
@@ -312,8 +330,15 @@ class Questioned:
         yield self._unit_claim(hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1))
 
 
+def is_fragile(shape: Proxy) -> bool:
+    """Whether rounding a move may turn or bend a shape, or a part of it."""
+    return any(map(is_fragile, shape.parts)) if isinstance(shape, Composite) else isinstance(shape, FRAGILE)
+
+
 def _leverage(shape: Proxy) -> Array | float:
     """By how much the rounding of a move grows: rounding the ends of a flat disc's axis turns the disc."""
+    if isinstance(shape, Composite):
+        return np.asarray(np.max([np.broadcast_to(_leverage(part), len(shape)) for part in shape.parts], axis=0))
     if isinstance(shape, Cylinder):
         return 1.0 + shape.radius / norm(shape.q - shape.p)
     return 1.0

@@ -104,10 +104,10 @@ class Judge:
         lost = [_lost(answers, i) for i in range(n)]
         found = Screening([k for k, _ in lost], [s for _, s in lost], np.zeros(n), np.ones(n, dtype=bool), np.zeros(n))
         nominal = self._questioned(cell, a, b, answers, effective=False)
-        for i in np.flatnonzero(nominal.unusable()):
+        for i in np.flatnonzero(nominal.unusable):
             found.set(int(i), Kind.WRONG, NOT_A_NUMBER, math.inf, certain=True)
         sides = self._sides(cell, nominal, found.pressure)
-        usable = ~nominal.unusable()
+        usable = ~nominal.unusable
         wrong = np.flatnonzero(np.any([side.violated for side in sides], axis=0) & usable)
         if wrong.size:
             self._judge_jointly(cell, nominal, sides, wrong, found)
@@ -189,7 +189,7 @@ class Judge:
             return self._no_answer(scene, kind, symptom, answers.errors.get(0, "no more is known"))
         cell = scene.cell
         nominal = self._questioned(cell, scene.a[None], scene.b[None], answers, effective=False)
-        if nominal.unusable()[0]:
+        if nominal.unusable[0]:
             return self._no_answer(scene, Kind.WRONG, NOT_A_NUMBER, f"it answers {said_of(scene.query, answers)}")
         return self._convict_jointly(scene, nominal)
 

@@ -20,6 +20,7 @@ from oracles.draws import Draws
 from oracles.meshfiles import FORMATS, ModelError
 from oracles.models import FORMS, Model, mesh_model, urdf_model
 
+MODELS = (".urdf", *(f".{form}" for form in FORMATS))
 MOST_ENTRIES, MOST_MODELS = 100_000, 10_000
 TRIES, MOST_TRIED = 8, 200
 """Models of a family that are tried for a form before the next family's turn, and of all families in the end."""
@@ -124,7 +125,7 @@ def of_folder(folder: Path, title: str = "") -> Library:
         model = Model(name.as_posix(), lambda reader=reader, path=path: reader(path, folder))  # type: ignore[misc]
         library.families.setdefault(name.parts[0] if len(name.parts) > 1 else "", []).append(model)
     if not library.families:
-        raise ModelError(f"{folder} has no model in it: no file ends in {', '.join(['.urdf', *FORMATS])}")
+        raise ModelError(f"{folder} has no model in it: no file ends in {', '.join(MODELS)}")
     return library
 
 
@@ -141,7 +142,7 @@ def _files(folder: Path, unread: dict[str, str]) -> Iterator[Path]:
         if seen > MOST_ENTRIES:
             raise ModelError(f"{folder} has more than {MOST_ENTRIES} entries: name a smaller folder")
         for name in sorted(names):
-            if Path(name).suffix.lower() in (".urdf", *FORMATS):
+            if Path(name).suffix.lower() in MODELS:
                 yield Path(where) / name
 
 

@@ -11,7 +11,7 @@ from collections import OrderedDict
 import numpy as np
 
 from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, distance
-from refimpl.linear import Array, Bools
+from refimpl.linear import Array, Bools, norm
 from refimpl.overlaps import resolve
 from refimpl.pairs import ITERATIVE, TABLE, Rule
 from refimpl.proof import Certificate, certify, check
@@ -55,6 +55,9 @@ def signed(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
 
     The two differ only for unions that overlap.
     """
+    if isinstance(x, Point) and isinstance(y, Capsule) and np.array_equal(y.p, y.q):  # a ball: of radius 0, perhaps
+        sigma = np.where(wanted, norm(x.position - y.p) - y.radius, 0.0)
+        return sigma, sigma
     if is_quick(type(x), type(y)):
         sigma = np.where(wanted, distance(x, y).distance, 0.0)
         return sigma, sigma

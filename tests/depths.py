@@ -72,9 +72,8 @@ def main(arguments: list[str]) -> None:
     below = np.array([x.least / x.truth for x in found if x.truth > 0])
     print(f"{len(found)} overlaps; the truth is outside of the interval in {sum(not x.holds for x in found)}")
     print(f"way out: the shortest in {np.mean(above <= 1 + SAME):.1%}, else up to {above.max():.3f} times as long")
-    print(
-        f"        longer by more than 1 % in {np.mean(above > 1.01):.1%}, by more than 5 % in {np.mean(above > 1.05):.1%}"
-    )
+    longer = " and ".join(f"by more than {by:.0%} in {np.mean(above > 1 + by):.1%}" for by in (0.01, 0.05))
+    print(f"         longer {longer}")
     print(f"least: the truth in {np.mean(below >= 1 - SAME):.1%}, else down to {below.min():.3f} of it")
 
 

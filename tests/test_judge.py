@@ -15,12 +15,12 @@ import oracles.reference
 from oracles import claims
 from oracles.answers import reference_answers, take
 from oracles.audit import audit
-from oracles.claims import FRAGILE
+from oracles.claims import is_fragile
 from oracles.engine import COLUMNS, WIDTH, Answers, Bound, Convention, Effective, Kind, Status, Tolerance
 from oracles.judge import Judge
 from oracles.outcome import Kind as Verdicts
 from oracles.outcome import Severity
-from oracles.reference import UNIONS, error_of, is_quick, proven, signed
+from oracles.reference import SEARCH_ERROR, UNIONS, error_of, is_quick, proven, signed
 from oracles.regimes import REGIMES
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Cell, Scene, cells
 from refimpl import Box, Composite, Ellipsoid, HalfSpace, Point, Proxy, Ray, Sphere
@@ -235,11 +235,9 @@ def test_the_reference_agrees_with_itself_in_every_regime(pair: tuple[type[Proxy
 
 
 def agrees_with_itself(cell: Cell, a: Proxy, b: Proxy, regime: str) -> None:
-    engine = Exact(absolute=0.0, relative=10 * error_of(a, b))
+    of_union = isinstance(a, UNIONS) or isinstance(b, UNIONS)  # whose ways out are searched
+    engine = Exact(absolute=0.0, relative=10 * (SEARCH_ERROR if of_union else error_of(a, b)))
     answers = reference_answers(cell.query, a, b)
-    if isinstance(a, UNIONS) or isinstance(b, UNIONS):  # a way out has a length, but may end with a gap
-        witnesses = (np.where((answers.distance < 0)[:, None], np.nan, v) for v in (answers.on_a, answers.on_b))
-        answers = replace(answers, **dict(zip(("on_a", "on_b"), witnesses, strict=True)))
     if cell.query == CONTACTS:
         keep = np.flatnonzero(np.isfinite(answers.distance))
         a, b, answers = a[keep], b[keep], take(answers, keep)
@@ -251,7 +249,7 @@ def agrees_with_itself(cell: Cell, a: Proxy, b: Proxy, regime: str) -> None:
                 assert not screening.certain[i], case
                 scene = Scene(cell.query, a[i], b[i], regime)
                 right = {Verdicts.AGREES}
-                if regime == "sliver" and isinstance(a, FRAGILE) and isinstance(b, FRAGILE):
+                if regime == "sliver" and is_fragile(a) and is_fragile(b):
                     # rounding a move turns either of them
                     right.add(Verdicts.UNDECIDED)
                 assert Judge(engine).convict(scene, take(answers, [i])).kind in right, case
@@ -297,8 +295,11 @@ def test_the_depth_of_unions_is_judged_against_an_interval() -> None:
     assert truth.upper == pytest.approx(-0.25, abs=1e-9)
     assert truth.lower == pytest.approx(-0.75, abs=0.02)
     nothing = {"on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
-    for depth in (0.25, 0.4, -truth.lower):
+    for depth in (0.25, -truth.lower):
         assert verdict(Exact(relative=1e-9), BETWEEN, distance=-depth, **nothing).kind is Verdicts.AGREES
+    query = Scene(DISTANCE, BETWEEN.a, BETWEEN.b, "generic")
+    unsaid = nothing | {"normal": [np.nan] * 3}
+    assert verdict(Exact(relative=1e-9), query, distance=-0.4, **unsaid).kind is Verdicts.AGREES
     found = verdict(Exact(), BETWEEN, distance=-0.2, **nothing)
     assert (found.kind, found.symptom) == (Verdicts.WRONG, claims.LONG)
     assert found.amount == pytest.approx(0.05, abs=1e-9)
@@ -306,6 +307,30 @@ def test_the_depth_of_unions_is_judged_against_an_interval() -> None:
     assert (found.kind, found.symptom) == (Verdicts.WRONG, claims.SHORT)
     apart = Scene(DISTANCE, Sphere([0, 0, 4], 0.25), TWINS, "generic")
     assert verdict(Exact(), apart, distance=2.0).symptom == claims.SHORT
+
+
+def test_the_way_out_of_unions_must_free_and_touch() -> None:
+    """Deeper than the deepest pair of pieces, it is a way out; as deep as that, the others may overlap still."""
+    way = audit(BETWEEN.a, BETWEEN.b)
+    depth, normal = -way.lower, answers_of(BETWEEN).normal[0]
+    nothing = {"on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
+    for wrong in ({"normal": [1.0, 0, 0]}, {"distance": -0.4, **nothing}):
+        found = verdict(Exact(relative=1e-9), BETWEEN, **wrong)
+        assert (found.kind, found.symptom) == (Verdicts.WRONG, claims.STUCK)
+    assert verdict(Exact(relative=1e-9), BETWEEN, normal=normal).kind is Verdicts.AGREES
+    piece = {"distance": -0.25, "normal": [1.0, 0, 0]}
+    assert verdict(Exact(relative=1e-9), BETWEEN, **piece, **nothing).kind is Verdicts.AGREES
+    high = Scene(CONTACTS, Sphere([0, 0, 1.0], 0.5), TWINS, "generic")
+    out = answers_of(high)
+    assert out.normal[0] == pytest.approx([0, 0, -1.0], abs=1e-9)
+    assert verdict(Exact(relative=1e-9), high).kind is Verdicts.AGREES
+    assert verdict(Exact(relative=1e-9), high, on_a=out.on_a[0] + [0, 0, -0.125]).symptom == claims.OFF_SHAPE
+    aside = Scene(CONTACTS, Sphere([2.125, 0, 0], 0.25), TWINS, "generic")
+    assert verdict(Exact(relative=1e-9), aside).kind is Verdicts.AGREES
+    deeper = Scene(CONTACTS, Sphere([1.9, 0.5, 0], 0.25), TWINS, "generic")
+    far = {"distance": 1.2 * float(answers_of(deeper).distance[0]), **nothing}
+    assert verdict(Exact(relative=1e-2), deeper, **far).kind is Verdicts.WRONG
+    assert depth > 0.25
 
 
 def test_an_overlap_whose_depth_is_not_told_is_an_overlap_all_the_same() -> None:
@@ -348,8 +373,12 @@ def test_points_and_half_spaces_as_witnesses() -> None:
 def test_the_audit_sees_a_wrong_normal_or_witness(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def off(query: str, a: Any, b: Any) -> Answers:
         right = reference_answers(query, a, b)
-        return replace(right, **{name: getattr(right, name) + np.array([1e-9, 0.0, 0.0])})
+        aside = np.sign(right.on_a) if name == "on_a" else np.array([1.0, 0.0, 0.0])
+        return replace(right, **{name: getattr(right, name) + 1e-9 * aside})
 
-    assert audit(APART.a, APART.b).kind is Verdicts.AGREES
+    deep = Scene(DISTANCE, BETWEEN.a, BETWEEN.b, "generic")
+    for scene in (APART, deep):
+        assert audit(scene.a, scene.b).kind is Verdicts.AGREES
     monkeypatch.setattr(oracles.audit, "reference_answers", off)
-    assert audit(APART.a, APART.b).kind is Verdicts.REFERENCE_WRONG
+    for scene in (APART, deep):
+        assert audit(scene.a, scene.b).kind is Verdicts.REFERENCE_WRONG

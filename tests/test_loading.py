@@ -57,7 +57,7 @@ def test_scale_and_objects(write):
     path = write("parts.obj", obj(box(), box((0.5, 0.5, 0.5), (2, 2, 2)), torus()))
     union = load_hulls(path, scale=0.001)
     assert isinstance(union, Composite)
-    assert [len(part.numbers) for part in union.parts] == [8, 8, 96]
+    assert sorted(len(part.numbers) for part in union.parts) == [8, 8, 96]
     assert np.max(union.magnitude) == 0.002
     with pytest.raises(LoadError, match=r"parts\.obj: Polyhedron: self-intersecting: face"):
         load_polyhedron(path)
@@ -92,15 +92,15 @@ def test_objects_of_trimesh():
     [
         ("solid.xyz", "0 0 0", "read from obj, off, ply, stl files, this is xyz"),
         ("solid", "0 0 0", "this is without suffix"),
-        ("empty.stl", b"", "empty.stl: "),
-        ("empty.obj", b"", "empty.obj: "),
-        ("cut.stl", b"\0" * 80 + (1000).to_bytes(4, "little") + b"\0" * 500, "cut.stl: "),
-        ("bomb.stl", b"\0" * 80 + (2**32 - 1).to_bytes(4, "little"), "bomb.stl: "),
-        ("noise.ply", bytes(range(256)) * 4, "noise.ply: "),
+        ("empty.stl", b"", "empty.stl holds no triangle"),
+        ("empty.obj", b"", "empty.obj holds no triangle"),
+        ("cut.stl", b"\0" * 80 + (1000).to_bytes(4, "little") + b"\0" * 500, "cut.stl "),
+        ("bomb.stl", b"\0" * 80 + (2**32 - 1).to_bytes(4, "little"), "bomb.stl "),
+        ("noise.ply", bytes(range(256)) * 4, "noise.ply is broken"),
         ("lies.ply", b"ply\nformat ascii 1.0\nelement vertex 999999999\nproperty float x\nend_header\n1\n", "lies.ply"),
         ("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "vertex 0 of face 0 is not finite"),
-        ("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "far.obj: "),
-        ("points.obj", "v 0 0 0\nv 1 0 0\n", "points.obj: "),
+        ("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "far.obj is broken"),
+        ("points.obj", "v 0 0 0\nv 1 0 0\n", "points.obj holds no triangle"),
         ("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "has no area"),
     ],
 )  # fmt: skip
@@ -111,18 +111,18 @@ def test_bad_files_are_refused_by_name(name, content, why, write):
 
 def test_large_files_are_refused_unread(write):
     path = write("big.obj", obj(torus()))
-    with pytest.raises(LoadError, match="larger than 1000 bytes"):
+    with pytest.raises(LoadError, match="is too large: more than 1000 bytes"):
         load_polyhedron(path, largest=1000)
 
 
 def test_what_is_no_file(tmp_path):
-    with pytest.raises(LoadError, match=r"missing\.stl: cannot be read"):
+    with pytest.raises(LoadError, match=r"missing\.stl cannot be read"):
         load_polyhedron(tmp_path / "missing.stl")
     (tmp_path / "folder.stl").mkdir()
-    with pytest.raises(LoadError, match="not a regular file"):
+    with pytest.raises(LoadError, match="is no regular file"):
         load_polyhedron(tmp_path / "folder.stl")
     os.mkfifo(tmp_path / "pipe.stl")
-    with pytest.raises(LoadError, match="not a regular file"):
+    with pytest.raises(LoadError, match="is no regular file"):
         load_polyhedron(tmp_path / "pipe.stl")
 
 
@@ -146,7 +146,7 @@ def test_a_missing_package_is_named(write, monkeypatch):
 
     path = write("box.obj", obj(box()))
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(LoadError, match=r"box\.obj: reading meshes needs the package trimesh"):
+    with pytest.raises(LoadError, match=r"box\.obj cannot be read: trimesh is not installed; pip install"):
         load_polyhedron(path)
 
 

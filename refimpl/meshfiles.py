@@ -1,0 +1,103 @@
+"""Triangles as files hold them: read through trimesh, with limits, and never with what a file refers to.
+
+Nothing is repaired, and nothing decided: corners that are equal are still several vertices, and the faces need not
+bound anything.
+"""
+
+from __future__ import annotations
+
+import io
+import stat
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from refimpl.proxy import ShapeError
+from refimpl.repairs import Mesh
+
+FORMATS = ("obj", "off", "ply", "stl")
+
+
+class FileError(ShapeError):
+    """A file, or what claims to be a mesh, is none; the text goes on from its name: "is too large: …"."""
+
+
+def form_of(path: Path) -> str:
+    """Format of a file by its suffix, in small letters; empty without one."""
+    return path.suffix.lower().removeprefix(".")
+
+
+def read_bytes(path: Path, largest: int) -> bytes:
+    """Content of a regular file of at most so many bytes; raises `FileError` for anything else."""
+    try:
+        regular = stat.S_ISREG(path.stat().st_mode)  # a pipe would be waited for, a device never ends
+        with path.open("rb") if regular else io.BytesIO() as file:
+            data = file.read(largest + 1)
+    except OSError as error:
+        raise FileError(f"cannot be read: {error.strerror or error}") from None
+    except ValueError:
+        raise FileError("cannot be read: its name holds a null character") from None
+    if not regular:
+        raise FileError("is no regular file")
+    if len(data) > largest:
+        size = f"{largest / 2**20:g} MiB" if largest >= 2**20 else f"{largest} bytes"
+        raise FileError(f"is too large: more than {size}")
+    return data
+
+
+def parsed(data: bytes, form: str, *, split: bool) -> list[Mesh]:
+    """Meshes of a file's content, each with finite corners; raises `FileError` where it has none or is broken.
+
+    Parameters
+    ----------
+    data, form
+        The content, and one of `FORMATS`.
+    split : bool
+        Make each object and group of an OBJ a mesh of its own.
+    """
+    try:
+        import trimesh  # noqa: PLC0415  an extra, and slow to import
+    except ImportError:
+        raise FileError("cannot be read: trimesh is not installed; pip install 'proxyproof[meshes]'") from None
+    # no resolver and no materials: whatever the file refers to is not opened
+    options: dict[str, Any] = {}
+    if form == "obj":
+        options = {"skip_materials": True, "split_objects": split, "split_groups": split, "group_material": False}
+    try:
+        scene = trimesh.load_scene(io.BytesIO(_text_in_utf8(data, form)), file_type=form, process=False, **options)
+        found = [g for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh) and len(g.faces)]
+    except Exception as error:  # a parser meets what nobody foresaw: any complaint of its means a broken file
+        raise FileError(f"is broken: {type(error).__name__}: {str(error)[:200]}") from None
+    if not found:
+        raise FileError("holds no triangle")
+    return [numbers(mesh) for mesh in found]
+
+
+def _text_in_utf8(data: bytes, form: str) -> bytes:
+    """Text of any encoding with whatever is not UTF-8, in comments and names, replaced; binary data as it is."""
+    count = int.from_bytes(data[80:84], "little")
+    if form == "ply" or (form == "stl" and len(data) == 84 + 50 * count):
+        return data
+    return data.decode("utf-8", errors="replace").encode()
+
+
+def numbers(mesh: Any) -> Mesh:
+    """Checked vertices (m, 3) and triangles (t, 3) of anything that has `vertices` and `faces`."""
+    try:
+        vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces)
+    except (AttributeError, TypeError, ValueError) as error:
+        raise FileError(f"is broken: expected vertices and faces ({error})") from None
+    if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,) or faces.dtype.kind not in "iu":
+        shapes = f"{vertices.shape}, {faces.shape}"
+        raise FileError(f"is broken: expected m × 3 vertices and t × 3 whole numbers, got shapes {shapes}")
+    faces = faces.astype(np.int64)
+    wrong = np.argwhere((faces < 0) | (faces >= len(vertices)))
+    if len(wrong):
+        face, corner = wrong[0].tolist()
+        raise FileError(f"is broken: face {face} names vertex {faces[face, corner]} of {len(vertices)}")
+    bad = np.argwhere(~np.isfinite(vertices[faces]))
+    if len(bad):
+        face, corner, _ = bad[0].tolist()
+        raise FileError(f"is broken: vertex {faces[face, corner]} of face {face} is not finite")
+    return vertices, faces
