@@ -26,6 +26,7 @@ from refimpl.shapes import Composite, ConvexPolyhedron, HalfSpace, Polyhedron, P
 Floats = NDArray[np.float64]
 FAR = 1e300  # half-spaces reach everywhere
 ROUNDING = 2.0**-49
+WORTH = 0.4  # of the atoms of one side: worth a direction of their own
 MANY = 10_000  # pairs of atoms in boxes that overlap: parted before any direction is searched
 
 
@@ -136,6 +137,18 @@ class Group(Body):
         x, y, z = max(found, key=lambda pair: pair[0])[1].tolist()
         return (x, y, z), -1
 
+    def levels(self, n: Vector) -> Floats:
+        """How far each atom reaches along n."""
+        way = np.array(n)
+        flat = [i for i, atom in enumerate(self.atoms) if atom.corners is not None]
+        found = np.empty(len(self.atoms))
+        found[flat] = (self.points[: 3 * len(flat)] @ way).reshape(-1, 3).max(axis=1)
+        for i, atom in enumerate(self.atoms):
+            if atom.corners is None:
+                point = np.array(atom.body.support(n)[0]) + atom.shift
+                found[i] = way @ point + float(atom.body.radius) * math.hypot(*n)
+        return found
+
     def halves(self) -> tuple[list[Atom], list[Atom]]:
         """Two groups on either side of the middle of the longest extent."""
         middles = np.array([(atom.box[0] + atom.box[1]) / 2 for atom in self.atoms])
@@ -174,6 +187,9 @@ class Directions:
             return _leaf(normal, a, b)
         if len(a) == len(b) == 1:
             return _leaf(self._exactly(a[0], b[0], normal), a, b)
+        peeled = self._peeled(one, other, [normal, *([inherited] if inherited else [])])
+        if peeled is not None:
+            return peeled
         by_size = float(np.max(one.high - one.low)) >= float(np.max(other.high - other.low))
         side = 0 if len(b) == 1 or (len(a) > 1 and by_size) else 1
         left, right = (one, other)[side].halves()
@@ -197,6 +213,29 @@ class Directions:
             n = plain(way)
             best = max(best, (gap_along(one, other, n), n), key=lambda pair: pair[0])
         return best
+
+    def _peeled(self, one: Group, other: Group, normals: Sequence[Vector]) -> Tree | None:
+        """Part off what one direction separates from all of the other side, if that is much."""
+        most, found = WORTH, None
+        for n in normals:
+            away = one.levels(n), other.levels(opposite(n))
+            least = self.least * math.hypot(*n)
+            for side, group in enumerate((one, other)):
+                off = away[side] + np.max(away[1 - side]) <= -least
+                share = np.count_nonzero(off) / len(group.atoms)
+                if most < share < 1:
+                    most, found = share, (side, n, off)
+        if found is None:
+            return None
+        side, n, off = found
+        atoms = (one, other)[side].atoms
+        parted = [atom for atom, gone in zip(atoms, off, strict=True) if gone]
+        rest = [atom for atom, gone in zip(atoms, off, strict=True) if not gone]
+        if side == 0:
+            branches = _leaf(n, parted, other.atoms), self.build(rest, other.atoms, n)
+        else:
+            branches = _leaf(n, one.atoms, parted), self.build(one.atoms, rest, n)
+        return Split(side, tuple(atom.number for atom in parted), branches)
 
     def _exactly(self, a: Atom, b: Atom, normal: Vector) -> Vector:
         """Direction between two atoms; exact where both have corners."""

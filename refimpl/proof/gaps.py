@@ -34,9 +34,9 @@ class Gap:
 
     def compared(self, width: Fraction = NONE) -> int:
         """Sign of how much wider than `width` ≥ 0 it is."""
-        other = self.radius + width if self.radius else width
-        room, other = self.room.numerator * other.denominator, other.numerator * self.room.denominator
-        beyond = room * room - other * other * dot(self.n, self.n) if room >= 0 else -1
+        other = self.radius + width
+        p, q = self.room.numerator * other.denominator, other.numerator * self.room.denominator
+        beyond = p * p - q * q * dot(self.n, self.n) if p >= 0 else -1
         return (beyond > 0) - (beyond < 0)
 
     @property
@@ -116,10 +116,8 @@ def piece_of(mesh: Mesh, piece: Any) -> Hull:
     edges = [minus(place, places[0]) for place in places]
     normal = next((n for n in map(cross, edges[1:], edges[2:]) if any(n)), NOWHERE)
     require(hull.radius >= 0 and (hull.radius or any(dot(normal, edge) for edge in edges)), "vertices: a flat piece")
-    require(
-        all(gap.compared() >= 0 for gap in _gaps(piece.tree, (Union([hull]), Union([mesh])))),
-        "tree: a triangle may enter",
-    )
+    gaps = _gaps(piece.tree, (Union([hull]), Union([mesh])))
+    require(all(gap.compared() >= 0 for gap in gaps), "tree: a triangle may enter the piece")
     middle = times(Fraction(1, unit * len(places)), [sum(c) for c in zip(*places, strict=True)])
     require(mesh.contains(middle), "vertices: the piece is not inside the solid")
     return hull

@@ -14,7 +14,7 @@ import numpy as np
 
 from refimpl.proof.bodies import Corners, Mix, placed
 from refimpl.proof.claims import Place, Weights
-from refimpl.proof.points import Vector, along, cross, dot, doubles, exact, minus, rationals
+from refimpl.proof.points import Vector, cross, dot, doubles, exact, minus, rationals
 
 FEW = 40  # planes of which all triples are tried
 MEETING = 8  # planes at one corner of which all triples are tried
@@ -84,17 +84,29 @@ def corners_of(planes: Any, hull: Callable[[], Any]) -> list[tuple[Vector, list[
 
 def _exact_corners(planes: Any, unit: Any, triples: Iterable[Sequence[int]]) -> list[tuple[Vector, list[int]]]:
     found: dict[Vector, list[int]] = {}
-    exactly = [rationals(plane) for plane in planes]
-    for triple in triples:
-        corner = _meet([exactly[i] for i in triple])
-        if corner is None or corner in found:
+    ints = [_integers(plane) for plane in planes.tolist()]
+    for i, j, k in triples:
+        x, y, z, w = _meet(ints[i], ints[j], ints[k])
+        place = x, y, z
+        if w == 0:
             continue
-        place = np.array(doubles(corner))
-        near = np.nonzero(unit[:, :3] @ place + unit[:, 3] > -NEAR * (1e-300 + np.max(np.abs(place))))[0].tolist()
-        sides = {i: dot(exactly[i], corner) + exactly[i][3] for i in near}
-        if max(sides.values()) <= 0:
-            found[corner] = [i for i, side in sides.items() if side == 0]
+        largest = max(map(abs, (x, y, z, w)))
+        about = np.array([c / largest for c in place])
+        level = unit[:, :3] @ about + unit[:, 3] * (w / largest)
+        near = np.nonzero(level > -NEAR * (1e-300 + np.max(np.abs(about))))[0].tolist()
+        sides = [(i, dot(ints[i][:3], place) + ints[i][3] * w) for i in near]
+        if all(side <= 0 for _, side in sides):
+            corner = Fraction(x, w), Fraction(y, w), Fraction(z, w)
+            found[corner] = [i for i, side in sides if side == 0]
     return list(found.items())
+
+
+def _integers(plane: Sequence[float]) -> tuple[int, int, int, int]:
+    """The same plane, by integers."""
+    ratios = [c.as_integer_ratio() for c in plane]
+    unit = max(q for _, q in ratios)  # powers of two
+    a, b, c, k = (p * (unit // q) for p, q in ratios)
+    return a, b, c, k
 
 
 def _triples_near(unit: Any, corners: Any) -> Iterator[tuple[int, ...]]:
@@ -125,16 +137,15 @@ def _triples(unit: Any) -> list[tuple[int, ...]]:
     return chosen
 
 
-def _meet(planes: Sequence[tuple[Any, ...]]) -> Vector | None:
-    """Point that three planes have in common (Cramer)."""
+def _meet(*planes: Sequence[int]) -> tuple[int, int, int, int]:
+    """Point that three planes have in common, times the last number ≥ 0; this is 0 if there is none (Cramer)."""
     u, v, w = ((plane[0], plane[1], plane[2]) for plane in planes)
     a, b, c = (plane[3] for plane in planes)
     vw, wu, uv = cross(v, w), cross(w, u), cross(u, v)
     volume = dot(u, vw)
-    if volume == 0:
-        return None
-    total = along(along(along((0, 0, 0), -a, vw), -b, wu), -c, uv)
-    return total[0] / volume, total[1] / volume, total[2] / volume
+    sign = -1 if volume > 0 else 1
+    x, y, z = (sign * (a * p + b * q + c * r) for p, q, r in zip(vw, wu, uv, strict=True))
+    return x, y, z, -sign * volume
 
 
 def cone(n: Vector, normals: Sequence[tuple[int, Vector]]) -> Weights:

@@ -107,7 +107,7 @@ class Union:
                 levels.append((atom.support(n, faces.get(i, ())), atom.radius))
         levels += [(points.support(n, set[int]().union(*corners)), NONE) for points, corners in hulls.items()]
         radius = max([r for _, r in levels])
-        if any([r != radius for _, r in levels]):
+        if any(r != radius for _, r in levels):
             least = root(Fraction(dot(n, n)))[0]
             levels = [(h - (radius - r) * least, radius) for h, r in levels]
         return max([h for h, _ in levels]), radius
