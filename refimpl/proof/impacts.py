@@ -1,0 +1,357 @@
+"""Certificates of impacts: how far given velocities are from the laws of an impact, in exact numbers.
+
+Part of what has to be believed: standard library only. A certificate holds two bodies before an impact, their
+velocities after it as somebody gave them, and the residuals of the laws. `check_impact` computes the residuals again,
+refuses a certificate that states others, and encloses the error of the velocities, as the laws leave only one answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from fractions import Fraction
+from typing import Any, NamedTuple, TypeAlias
+
+from refimpl.proof.rational import Exact, InvalidCertificate, Number, Vector, cross, dot, items, minus, number, root
+from refimpl.proof.rational import vector as read_vector
+
+Matrix: TypeAlias = tuple[Vector, Vector, Vector]
+Interval: TypeAlias = tuple[Fraction, Fraction]
+
+
+@dataclass(frozen=True)
+class MovingBody:
+    """A rigid body: see `refimpl.impacts.RigidBody`. Of an immovable body (inverse mass 0) the inertia is ignored."""
+
+    position: Vector
+    velocity: Vector
+    angular_velocity: Vector
+    inverse_mass: Number
+    inertia: Matrix | None = None
+
+
+@dataclass(frozen=True)
+class Impact:
+    """An impact at a point, with a normal from A to B of any length: see `refimpl.impacts.impact_of_bodies`."""
+
+    a: MovingBody
+    b: MovingBody
+    point: Vector
+    normal: Vector
+    restitution: Number
+    friction: Number = 0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Velocities after an impact."""
+
+    velocity_a: Vector
+    angular_velocity_a: Vector
+    velocity_b: Vector
+    angular_velocity_b: Vector
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """What is left over of each law: 0 where it holds, but for the last three.
+
+    With Δ for after − before, w for inverse mass, r for the point seen from a centre of mass, u for the velocity of B
+    minus that of A at the point, and P = (Δv_b − Δv_a) / (w_a + w_b), the impulse of which the velocities speak:
+
+    Attributes
+    ----------
+    linear_a, linear_b
+        Δv_a + w_a P and Δv_b − w_b P: momentum is kept, and immovable bodies go on as before.
+    angular_a, angular_b
+        I Δω minus the moment of P (A: −P) about the centre of mass: the impulse acted at the point, and angular
+        momentum about any point is kept. Of an immovable body: Δω.
+    restitution
+        n·u′ + e n·u; of bodies that do not approach, which ought to keep their velocities: n·u′ − n·u.
+    pressure
+        n·P, not negative where the bodies push each other.
+    cone
+        μ² (n·P)² − |n × P|², not negative inside the friction cone.
+    energy
+        Gain of kinetic energy; what an immovable body gives or takes by its motion is not counted.
+    """
+
+    linear_a: Vector
+    linear_b: Vector
+    angular_a: Vector
+    angular_b: Vector
+    restitution: Number
+    pressure: Number
+    cone: Number
+    energy: Number
+
+
+@dataclass(frozen=True)
+class ImpactCertificate:
+    """An impact, the velocities that somebody gave for it, and how far they are from each law."""
+
+    impact: Impact
+    outcome: Outcome
+    residuals: Residuals
+
+
+@dataclass(frozen=True)
+class ProvenImpact:
+    """What follows from a certificate.
+
+    Attributes
+    ----------
+    residuals
+        As stated, and found true.
+    lower, upper
+        Enclose the velocities that the laws leave: equal but where bodies slip, which takes a root.
+    errors
+        Enclose, for each of the four velocities, how far its worst coordinate is from the law.
+    """
+
+    residuals: Residuals
+    lower: Outcome
+    upper: Outcome
+    errors: tuple[Interval, Interval, Interval, Interval]
+
+
+def certify_impact(impact: Impact, outcome: Outcome) -> ImpactCertificate:
+    """Make a certificate: compute the residuals.
+
+    Raises
+    ------
+    InvalidCertificate
+        Where the numbers mean no impact: the text names the field.
+    """
+    return ImpactCertificate(impact, outcome, _residuals(_read(impact), _read_outcome(outcome)))
+
+
+def check_impact(certificate: ImpactCertificate) -> ProvenImpact:
+    """Verify a certificate.
+
+    Raises
+    ------
+    InvalidCertificate
+        If it is malformed, or a residual is not what it states.
+    """
+    for part, kind in (("impact", Impact), ("outcome", Outcome), ("residuals", Residuals)):
+        if type(getattr(certificate, part, None)) is not kind:
+            raise InvalidCertificate(f"{part}: expected {kind.__name__}")
+    question, outcome = _read(certificate.impact), _read_outcome(certificate.outcome)
+    found = _residuals(question, outcome)
+    for field in fields(Residuals):
+        true, stated = getattr(found, field.name), getattr(certificate.residuals, field.name)
+        same = tuple(read_vector(stated, field.name)) if isinstance(true, tuple) else number(stated, field.name)
+        if same != true:
+            raise InvalidCertificate(f"{field.name}: the residual is not what is stated")
+    lower, upper = _solution(question)
+    errors = [_error(*ends) for ends in zip(lower, upper, outcome, strict=True)]
+    return ProvenImpact(found, _outcome(lower), _outcome(upper), (errors[0], errors[1], errors[2], errors[3]))
+
+
+# ---- reading -----------------------------------------------------------------------------------------------------
+
+Rows: TypeAlias = Sequence[Exact]
+Velocities: TypeAlias = tuple[Exact, Exact, Exact, Exact]  # v_a, ω_a, v_b, ω_b
+
+
+class _Body(NamedTuple):
+    arm: Exact
+    velocity: Exact
+    spin: Exact
+    w: Fraction
+    inertia: Rows
+
+
+class _Question(NamedTuple):
+    a: _Body
+    b: _Body
+    n: Exact
+    e: Fraction
+    mu: Fraction
+
+
+def _read(impact: Impact) -> _Question:
+    if type(impact) is not Impact:
+        raise InvalidCertificate("impact: expected Impact")
+    point = read_vector(impact.point, "point")
+    n = read_vector(impact.normal, "normal")
+    e, mu = number(impact.restitution, "restitution"), number(impact.friction, "friction")
+    if not any(n):
+        raise InvalidCertificate("normal: must not be zero")
+    if not 0 <= e <= 1:
+        raise InvalidCertificate("restitution: must be from 0 to 1")
+    if mu < 0:
+        raise InvalidCertificate("friction: must be at least 0")
+    return _Question(_read_body(impact.a, point, "a"), _read_body(impact.b, point, "b"), n, e, mu)
+
+
+def _read_body(body: MovingBody, point: Exact, name: str) -> _Body:
+    if type(body) is not MovingBody:
+        raise InvalidCertificate(f"{name}: expected MovingBody")
+    w = number(body.inverse_mass, f"{name}.inverse_mass")
+    if w < 0:
+        raise InvalidCertificate(f"{name}.inverse_mass: must be at least 0")
+    inertia: Rows = []
+    if w:
+        inertia = [read_vector(row, f"{name}.inertia") for row in items(body.inertia, f"{name}.inertia", 3)]
+        if any(inertia[i][j] != inertia[j][i] for i in range(3) for j in range(i)):
+            raise InvalidCertificate(f"{name}.inertia: must be symmetric")
+        (xx, xy, _), (_, yy, _), _ = inertia
+        if not (xx > 0 and xx * yy > xy * xy and _determinant(inertia) > 0):
+            raise InvalidCertificate(f"{name}.inertia: must be positive definite")
+    position, velocity, spin = (
+        read_vector(getattr(body, field), f"{name}.{field}") for field in ("position", "velocity", "angular_velocity")
+    )
+    return _Body(minus(point, position), velocity, spin, w, inertia)
+
+
+def _read_outcome(outcome: Outcome) -> Velocities:
+    if type(outcome) is not Outcome:
+        raise InvalidCertificate("outcome: expected Outcome")
+    va, spin_a, vb, spin_b = (read_vector(getattr(outcome, f.name), f.name) for f in fields(Outcome))
+    return va, spin_a, vb, spin_b
+
+
+# ---- the laws ----------------------------------------------------------------------------------------------------
+
+
+def _residuals(question: _Question, outcome: Velocities) -> Residuals:
+    a, b, n, e, mu = question
+    va, spin_a, vb, spin_b = outcome
+    before = _relative(question, (a.velocity, a.spin, b.velocity, b.spin))
+    after = _relative(question, outcome)
+    change_a, change_b = minus(va, a.velocity), minus(vb, b.velocity)
+    total = a.w + b.w
+    impulse = [x / total if total else x * 0 for x in minus(change_b, change_a)]
+    opposite = [-x for x in impulse]
+    approach = dot(n, before)
+    aside = cross(n, impulse)
+    return Residuals(
+        _tuple([x + a.w * p for x, p in zip(change_a, impulse, strict=True)]),
+        _tuple([x - b.w * p for x, p in zip(change_b, impulse, strict=True)]),
+        _turning(a, minus(spin_a, a.spin), opposite),
+        _turning(b, minus(spin_b, b.spin), impulse),
+        dot(n, after) + (e * approach if approach < 0 else -approach),
+        dot(n, impulse),
+        mu * mu * dot(n, impulse) ** 2 - dot(aside, aside),
+        _gain(a, va, spin_a, opposite) + _gain(b, vb, spin_b, impulse),
+    )
+
+
+def _relative(question: _Question, velocities: Velocities) -> list[Fraction]:
+    """Velocity of B minus that of A at the point."""
+    va, spin_a, vb, spin_b = velocities
+    at_a = [x + y for x, y in zip(va, cross(spin_a, question.a.arm), strict=True)]
+    at_b = [x + y for x, y in zip(vb, cross(spin_b, question.b.arm), strict=True)]
+    return minus(at_b, at_a)
+
+
+def _turning(body: _Body, change: Exact, impulse: Exact) -> Vector:
+    if not body.w:
+        return _tuple(change)
+    return _tuple(minus(_times(body.inertia, change), cross(body.arm, impulse)))
+
+
+def _gain(body: _Body, velocity: Exact, spin: Exact, impulse: Exact) -> Fraction:
+    """Gain of kinetic energy; of an immovable body, the work that is done on it."""
+    work: Fraction
+    if not body.w:
+        moving = [x + y for x, y in zip(body.velocity, cross(body.spin, body.arm), strict=True)]
+        work = dot(impulse, moving)
+        return work
+    work = (dot(velocity, velocity) - dot(body.velocity, body.velocity)) / (2 * body.w)
+    turning: Fraction = dot(spin, _times(body.inertia, spin)) - dot(body.spin, _times(body.inertia, body.spin))
+    return work + turning / 2
+
+
+def _solution(question: _Question) -> tuple[Velocities, Velocities]:
+    """Enclose the velocities after the impact, by the law of Chatterjee and Ruina (1998)."""
+    a, b, n, e, mu = question
+    before: Velocities = (a.velocity, a.spin, b.velocity, b.spin)
+    u = _relative(question, before)
+    if dot(n, u) >= 0 or not a.w + b.w:
+        return before, before
+    give = [[x + y for x, y in zip(*rows, strict=True)] for rows in zip(_giving(a), _giving(b), strict=True)]
+    share = -dot(n, u) / dot(n, _times(give, n))
+    stop = [share * x for x in n]
+    axis = [(1 + e) * x for x in stop]
+    toward = minus([-x for x in _times(_inverse(give), u)], stop)
+    ends = [
+        _after(question, [p + kappa * q for p, q in zip(axis, toward, strict=True)])
+        for kappa in _share_in_cone(n, axis, toward, mu)
+    ]
+    return _each(min, *ends), _each(max, *ends)
+
+
+def _each(pick: Callable[[Fraction, Fraction], Fraction], u: Velocities, v: Velocities) -> Velocities:
+    """Pick one of the two, for each coordinate."""
+    va, spin_a, vb, spin_b = ([pick(x, y) for x, y in zip(*pair, strict=True)] for pair in zip(u, v, strict=True))
+    return va, spin_a, vb, spin_b
+
+
+def _share_in_cone(n: Exact, axis: Exact, toward: Exact, mu: Fraction) -> Interval:
+    """Enclose the largest κ from 0 to 1 with axis + κ toward in the friction cone: |n × κ t| ≤ μ n·(axis + κ t)."""
+    aside = cross(n, toward)
+    low, high = root(dot(aside, aside))
+    normal, gain = mu * dot(n, axis), mu * dot(n, toward)
+    if normal + gain >= 0 and dot(aside, aside) <= (normal + gain) ** 2:
+        return Fraction(1), Fraction(1)
+    # here root − gain > normal ≥ 0; an enclosure of the root so wide that its low end hides that is cut off at κ = 1
+    upper = normal / (low - gain) if low - gain > normal else Fraction(1)
+    return normal / (high - gain), upper
+
+
+def _after(question: _Question, impulse: Exact) -> Velocities:
+    a, b = question.a, question.b
+    back = [-p for p in impulse]
+    return *_pushed(a, back), *_pushed(b, impulse)
+
+
+def _pushed(body: _Body, impulse: Exact) -> tuple[Exact, Exact]:
+    velocity = [x + body.w * p for x, p in zip(body.velocity, impulse, strict=True)]
+    return velocity, [x + y for x, y in zip(body.spin, _turn(body, impulse), strict=True)]
+
+
+def _turn(body: _Body, impulse: Exact) -> list[Fraction]:
+    """Change of angular velocity by an impulse at the point."""
+    return _times(_inverse(body.inertia), cross(body.arm, impulse)) if body.w else [Fraction(0)] * 3
+
+
+def _giving(body: _Body) -> list[list[Fraction]]:
+    """Matrix from an impulse at the point to the change of velocity there; symmetric, so that rows are columns."""
+    rows = []
+    for axis in range(3):
+        unit = [Fraction(int(axis == i)) for i in range(3)]
+        rows.append([body.w * x + y for x, y in zip(unit, cross(_turn(body, unit), body.arm), strict=True)])
+    return rows
+
+
+def _times(matrix: Rows, v: Exact) -> list[Fraction]:
+    return [dot(row, v) for row in matrix]
+
+
+def _determinant(m: Rows) -> Fraction:
+    value: Fraction = dot(m[0], cross(m[1], m[2]))
+    return value
+
+
+def _inverse(m: Rows) -> list[list[Fraction]]:
+    """Of a symmetric matrix, by Cramer's rule."""
+    determinant = _determinant(m)
+    return [[x / determinant for x in cross(m[i - 2], m[i - 1])] for i in range(3)]
+
+
+def _error(lower: Exact, upper: Exact, given: Exact) -> Interval:
+    least = max(max(low - x, x - high, Fraction(0)) for low, high, x in zip(lower, upper, given, strict=True))
+    most = max(max(high - x, x - low) for low, high, x in zip(lower, upper, given, strict=True))
+    return least, most
+
+
+def _tuple(v: Sequence[Any]) -> Vector:
+    x, y, z = v
+    return x, y, z
+
+
+def _outcome(velocities: Velocities) -> Outcome:
+    return Outcome(*(_tuple(v) for v in velocities))
