@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles.draws import NumpyDraws
-from oracles.impact_regimes import IMPACT_REGIMES, is_staged
+from oracles.impact_regimes import IMPACT_REGIMES
+from oracles.impact_stages import TARGETS
 from oracles.motion import Motion
 from oracles.reference import UNIONS
 from oracles.regimes import REGIMES
-from oracles.scene import IMPACT, Scene, packed_rows
+from oracles.scene import IMPACT, RAYCAST, Scene, packed_rows
 from refimpl.linear import Array
-from refimpl.shapes import Proxy
+from refimpl.shapes import Proxy, Ray
 
 PairKey = tuple[type[Proxy], type[Proxy]]
 
@@ -65,9 +66,12 @@ class Batch:
     @classmethod
     def draw_impacts(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> list[Batch]:
         """`each` scenes of every regime of impacts; none of a pair that is not staged."""
-        if not is_staged(*pair):
+        if pair not in TARGETS:
             return []
-        made = [make(NumpyDraws(seed, (*shard, index, 1), each), *pair) for index, make in enumerate(IMPACT_REGIMES.values())]
+        made = [
+            make(NumpyDraws(seed, (*shard, index, 1), each), *pair)
+            for index, make in enumerate(IMPACT_REGIMES.values())
+        ]
         names = [name for name in IMPACT_REGIMES for _ in range(each)]
         groups = np.repeat(np.arange(len(made)), each)
         numbers = groups * each + np.tile(np.arange(each), len(made))
@@ -76,9 +80,11 @@ class Batch:
         source = f"bulk of impacts {seed}/{'/'.join(map(str, shard))}"
         return [cls(a, b, names, groups, numbers, source, dict.fromkeys(range(len(made)), ""), motion)]
 
-    def answers_to(self, query: str) -> bool:
+    def is_of(self, query: str) -> bool:
         """Whether its scenes are for this query."""
-        return (self.motion is not None) == (query == IMPACT)
+        if self.motion is not None or query == IMPACT:
+            return self.motion is not None and query == IMPACT
+        return isinstance(self.a, Ray) == (query == RAYCAST)
 
     @property
     def rows(self) -> tuple[Array, Array]:

@@ -21,6 +21,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from oracles.impact_stages import TARGETS
 from oracles.motion import Motion
 from oracles.scene import DISTANCE, IMPACT, QUERIES, RAYCAST
 from refimpl.shapes import Point, Proxy, Ray
@@ -49,6 +50,8 @@ COLUMNS: Mapping[str, slice] = MappingProxyType(
 WIDTH = 27
 VELOCITIES = ("velocity_a", "angular_a", "velocity_b", "angular_b")
 """Columns that answer an impact."""
+
+NOT_STAGED = f"impacts are staged for {', '.join(f'{a.__name__}–{b.__name__}' for a, b in TARGETS)}"
 
 NAN = float("nan")
 NOWHERE = (NAN, NAN, NAN)
@@ -295,13 +298,13 @@ class Engine(ABC):
         if A is Point and B is Point:
             return unsupported("two points are no pair of the table")
         if query == IMPACT:
-            return self._impact_support(A, B)
+            return self._impact_support(A, B) if (A, B) in TARGETS else unsupported(NOT_STAGED)
         return self._support(query, A, B)
 
     def _impact_support(self, A: Kind, B: Kind) -> Support:
         """Support of impacts, in a cell that makes sense; none, unless an adapter says so."""
         del A, B
-        return unsupported(f"{self.name} is asked about shapes at rest: no impacts")
+        return unsupported(f"{self.name} is asked about shapes at rest: there are no impacts")
 
     @abstractmethod
     def _support(self, query: str, A: Kind, B: Kind) -> Support:

@@ -118,9 +118,7 @@ class _Change:
         body, mass = self.body, _ratio(1, self.body.inverse_mass)
         angular = apply(body.inertia, self.spin_after)
         moving = mass * (dot(self.after, self.after) - dot(body.velocity, body.velocity))
-        turning = dot(self.spin_after, angular) - dot(
-            body.angular_velocity, apply(body.inertia, body.angular_velocity)
-        )
+        turning = dot(self.spin_after, angular) - dot(body.angular_velocity, apply(body.inertia, body.angular_velocity))
         slope = mass * _total(self.after) + _ratio(_total(angular), self.reach)
         none = 0 * slope
         return np.where(self.movable, (moving + turning) / 2, none), np.where(self.movable, slope, none)
@@ -144,8 +142,8 @@ class _Met:
         expected = -(1 + e) * self.closing  # what an answer that changes nothing lacks
         yield Law(MISSED, self._along_normal(expected), self.meets & np.asarray(both == 0, dtype=bool))
         yield Law(DISTURBED, both, ~self.meets)
-        for side in (a, b):
-            yield Law(FIXED, side.moved, self.meets & ~side.movable)
+        fixed = [np.where(side.movable, 0 * side.moved, side.moved) for side in (a, b)]
+        yield Law(FIXED, np.maximum(*fixed), self.meets & ~(a.movable & b.movable))
 
     def of_impulse(self) -> Iterator[Law]:
         """The impulses on both bodies are opposite, act at the contact, push, and reverse the approach by e."""
@@ -156,8 +154,8 @@ class _Met:
         together = scale(motion.b.inverse_mass, a.dv) + scale(motion.a.inverse_mass, b.dv)
         weight = motion.a.inverse_mass + motion.b.inverse_mass
         yield Law(MOMENTUM, _ratio(_most(together), weight), hit & a.movable & b.movable)
-        for side in (a, b):
-            yield Law(ANGULAR, side.angular(), hit & side.movable)
+        turned = [np.where(side.movable, side.angular(), 0 * side.reach) for side in (a, b)]
+        yield Law(ANGULAR, np.maximum(*turned), hit)
         leaving = dot(self._apart, motion.normal) + motion.restitution * self.closing
         yield Law(FAST, self._along_normal(leaving), hit)
         yield Law(SLOW, self._along_normal(-leaving), hit)

@@ -14,9 +14,7 @@ REFERENCE_ERROR = 1e-13
 
 def rigid_body(moving: Moving) -> RigidBody:
     """A body as the reference has it."""
-    return RigidBody(
-        moving.position, moving.velocity, moving.angular_velocity, moving.inverse_mass, moving.inertia
-    )
+    return RigidBody(moving.position, moving.velocity, moving.angular_velocity, moving.inverse_mass, moving.inertia)
 
 
 def reference_of(motion: Motion) -> Answers:

@@ -12,8 +12,10 @@ import numpy as np
 
 from oracles.bodies import random_body, round_body
 from oracles.draws import Draws, log_uniform
-from oracles.impact_stages import CORNER, EDGE, FACE, TARGETS, Staged, stage
+from oracles.impact_stages import CORNER, EDGE, FACE, Staged, stage
 from oracles.motion import Motion, Moving
+from oracles.regimes import REGIMES
+from oracles.scene import IMPACT
 from refimpl import HalfSpace, Proxy, Sphere
 from refimpl.linear import Array, dot, scale
 from refimpl.mass import mass_properties
@@ -37,9 +39,9 @@ def impact_reasons() -> dict[str, str]:
     return {name: (function.__doc__ or "").strip().splitlines()[0] for name, function in IMPACT_REGIMES.items()}
 
 
-def is_staged(type_a: type[Proxy], type_b: type[Proxy]) -> bool:
-    """Whether there are scenes of impacts of this pair."""
-    return (type_a, type_b) in TARGETS
+def regimes_of(query: str) -> list[str]:
+    """Names of the regimes that have scenes for a query."""
+    return list(IMPACT_REGIMES if query == IMPACT else REGIMES)
 
 
 @dataclass(frozen=True)
@@ -103,9 +105,7 @@ def _stopped(body: Moving, which: Array) -> Moving:
 
 def _times(body: Moving, sign: Array) -> Moving:
     """Bodies moving the other way where `sign` is −1."""
-    return replace(
-        body, velocity=scale(sign, body.velocity), angular_velocity=scale(sign, body.angular_velocity)
-    )
+    return replace(body, velocity=scale(sign, body.velocity), angular_velocity=scale(sign, body.angular_velocity))
 
 
 def _meeting(motion: Motion, *, part: bool = False) -> Motion:

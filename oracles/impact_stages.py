@@ -139,4 +139,3 @@ MAKE: dict[type[Proxy], Callable[[Draws, Body, Array, Array], _Target]] = {
     Box: _on_box,
     Capsule: _on_capsule,
 }
-

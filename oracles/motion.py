@@ -119,6 +119,11 @@ class Motion:
         return bodies | {name: getattr(self, name).tolist() for name in CONTACT}
 
     @property
+    def bodies(self) -> tuple[Moving, Moving]:
+        """Both bodies."""
+        return self.a, self.b
+
+    @property
     def _sides(self) -> tuple[tuple[str, Moving], ...]:
         return ("a", self.a), ("b", self.b)
 

@@ -24,26 +24,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oracles.engine import (
-    NATIVE,
     AnswerRow,
     Array,
     Kind,
     Row,
     Solver,
-    Support,
     Tolerance,
     answer_row,
-    unsupported,
 )
 from oracles.engines.bullet_scripts import shape_text
 from oracles.engines.bullet_shapes import PLANE, SPHERE, Placed, place
 from oracles.engines.bullet_world import World
 from oracles.motion import WIDTH, Motion, Moving
 from refimpl.linear import rotation_matrix
-from refimpl.shapes import Box, Capsule, HalfSpace, Sphere
-
-PAIRS = ((Sphere, Sphere), (Sphere, HalfSpace), (Sphere, Box), (Sphere, Capsule), (Capsule, HalfSpace), (HalfSpace, Box))
-"""Pairs of which impacts are asked."""
 
 STRICT: Mapping[str, float] = MappingProxyType(
     {
@@ -69,15 +62,6 @@ BODY: Mapping[str, float] = MappingProxyType(
 )
 NO_MARGIN = {"collisionMargin": 0.0}
 TOLERANCE = Tolerance.uniform(0.0, 1e-12, "the overlap moves the contact by 1e-12; measured, errors stay below 1e-13")
-
-
-def support(A: Kind, B: Kind) -> Support:
-    """Which pairs are asked: those of which a scene has one point of contact, or moves so that one may stand for all."""
-    if (A, B) in PAIRS:
-        return NATIVE
-    names = ", ".join(f"{first.__name__}–{second.__name__}" for first, second in PAIRS)
-    return unsupported(f"impacts are staged for {names}")
-
 
 OVERLAP = 1e-12
 """Relative to the scene's largest coordinate."""
