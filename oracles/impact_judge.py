@@ -21,7 +21,7 @@ from oracles.claims import NOT_A_NUMBER
 from oracles.engine import COLUMNS, VELOCITIES, WIDTH, Answers, Convention, Engine, Status
 from oracles.impact_laws import After, Law, laws
 from oracles.impact_reference import REFERENCE_ERROR, reference_of
-from oracles.judge import Screening, fate_of
+from oracles.judge import TINY, Screening, fate_of
 from oracles.motion import BODY, CONTACT, Motion, exact
 from oracles.outcome import Kind, Severity, Verdict
 from oracles.scene import Cell, Scene
@@ -80,7 +80,7 @@ class ImpactJudge:
         ours, theirs = list(laws(part.motion, after)), list(laws(self._effective(part), after))
         excused = self._excused(part)
         broken, worst = _first_broken(ours, allowed - error)
-        found.pressure[rows] = worst / np.maximum(allowed, error)
+        found.pressure[rows] = worst / np.maximum(allowed, error + TINY)
         _, other = _first_broken(theirs, allowed - error)
         for k in np.flatnonzero(broken >= 0):
             i, law = int(rows[k]), ours[broken[k]]

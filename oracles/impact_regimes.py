@@ -105,7 +105,9 @@ def _stopped(body: Moving, which: Array) -> Moving:
 
 def _times(body: Moving, sign: Array) -> Moving:
     """Bodies moving the other way where `sign` is −1."""
-    return replace(body, velocity=scale(sign, body.velocity), angular_velocity=scale(sign, body.angular_velocity))
+    return replace(
+        body, velocity=scale(sign, body.velocity) + 0.0, angular_velocity=scale(sign, body.angular_velocity) + 0.0
+    )
 
 
 def _meeting(motion: Motion, *, part: bool = False) -> Motion:

@@ -3,10 +3,10 @@
 Only what a user has to say is said: shapes, masses, velocities, and the restitution and friction of the bodies. What
 comes of it is then not an impact alone. On PyBullet 3.2.7:
 
-- Velocities are damped by 0.04 of themselves a second, before the step, and more above 10; their coordinates are
-  clamped at 100.
+- Velocities are damped by 0.04 (1 + |v|) of themselves a second, before the step; their coordinates are clamped at 100.
 - Approaches slower than 0.2 do not bounce, whatever the restitution.
-- Bodies that touch are let sink in by 1e-5 a step, so that 0.0024 of the approach stay.
+- Bodies that touch are let sink in by 1e-5 a step, so that 0.0024 of the approach stay. Where there is a gap, however
+  small, the approach is ended by just so much that they touch after the step, and there is no bounce.
 - Spin turns a body by 1/240 of itself before the contact is solved.
 - Capsules have the inertia of the box around them, and boxes and capsules the margin of 0.001 about their edges.
 - The solver ends at a residual of 1e-7, which a contact with friction reaches before it has converged.

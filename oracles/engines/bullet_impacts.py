@@ -175,7 +175,7 @@ for name, body in zip("ab", bodies):
 def script(A: Kind, row_a: Row, B: Kind, row_b: Row, settings: Settings) -> str:
     """Write the script of one scene, with the calls that `ImpactWorld.impact` makes."""
     a, b = thrown(A, row_a, B, row_b, settings)
-    simulation = f"pybullet.setPhysicsEngineParameter({_arguments(settings.simulation)})\n" if settings.strict else ""
+    simulation = f"pybullet.setPhysicsEngineParameter(\n{_arguments(settings.simulation)})\n" if settings.strict else ""
     how = "" if settings.strict else ", with its default settings"
     bodies = "\n".join(_body(one) for one in (a, b))
     return SCRIPT.format(A=A.__name__, B=B.__name__, how=how, simulation=simulation, bodies=bodies)
@@ -188,12 +188,11 @@ body = pybullet.createMultiBody({one.mass!r}, shape, -1, {placed.position!r}, {p
 pybullet.changeDynamics(
     body,
     -1,
-    {_arguments(one.dynamics)},
-)
+{_arguments(one.dynamics)})
 pybullet.resetBaseVelocity(body, {one.velocity!r}, {one.spin!r})
 bodies.append(body)
 """
 
 
 def _arguments(values: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name}={value!r}" for name, value in values.items())
+    return "".join(f"    {name}={value!r},\n" for name, value in values.items())
