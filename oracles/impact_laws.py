@@ -97,8 +97,10 @@ class _Change:
 
     @property
     def contact_after(self) -> Array:
-        """Velocity of the point of contact afterwards."""
-        return np.asarray(self.after + cross(self.spin_after, self.lever))
+        """Velocity of the point of contact afterwards; that of an immovable body is the one it had."""
+        moves = self.movable[..., None]
+        velocity, spin = np.where(moves, self.dv, 0 * self.dv), np.where(moves, self.dw, 0 * self.dw)
+        return np.asarray(self.body.velocity + velocity + cross(self.body.angular_velocity + spin, self.lever))
 
     def against(self, direction: Array) -> Array:
         """By how much the contact's velocity along a direction grows, at most, when all velocities change by 1."""
