@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -62,6 +62,12 @@ class RigidBody:
     inverse_mass: Array
     inertia: Array | None = None
 
+    if TYPE_CHECKING:  # anything array-like is read
+
+        def __init__(
+            self, position: Any, velocity: Any, angular_velocity: Any, inverse_mass: Any, inertia: Any = None
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         found: dict[str, Array] = {
             name: real(f"RigidBody.{name}", getattr(self, name), 3)
@@ -77,9 +83,11 @@ class RigidBody:
         _ = self.batch_shape
 
     @classmethod
-    def immovable(cls, position: Any = (0, 0, 0), velocity: Any = (0, 0, 0), angular_velocity: Any = (0, 0, 0)) -> Any:
+    def immovable(
+        cls, position: Any = (0, 0, 0), velocity: Any = (0, 0, 0), angular_velocity: Any = (0, 0, 0)
+    ) -> RigidBody:
         """Give a body of inverse mass 0, which moves as it is told."""
-        return cls(position, velocity, angular_velocity, 0)  # type: ignore[arg-type]  # anything array-like is read
+        return cls(position, velocity, angular_velocity, 0)
 
     @classmethod
     def of(

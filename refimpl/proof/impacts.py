@@ -67,7 +67,8 @@ class Residuals:
         I Δω minus the moment of P (A: −P) about the centre of mass: the impulse acted at the point, and angular
         momentum about any point is kept. Of an immovable body: Δω.
     restitution
-        n·u′ + e n·u; of bodies that do not approach, which ought to keep their velocities: n·u′ − n·u.
+        n·u′ + e n·u; of bodies that ought to keep their velocities, as they do not approach or are both immovable:
+        n·u′ − n·u.
     pressure
         n·P, not negative where the bodies push each other.
     cone
@@ -232,7 +233,7 @@ def _residuals(question: _Question, outcome: Velocities) -> Residuals:
         _tuple([x - b.w * p for x, p in zip(change_b, impulse, strict=True)]),
         _turning(a, minus(spin_a, a.spin), opposite),
         _turning(b, minus(spin_b, b.spin), impulse),
-        dot(n, after) + (e * approach if approach < 0 else -approach),
+        dot(n, after) + (e * approach if approach < 0 < total else -approach),
         dot(n, impulse),
         mu * mu * dot(n, impulse) ** 2 - dot(aside, aside),
         _gain(a, va, spin_a, opposite) + _gain(b, vb, spin_b, impulse),
