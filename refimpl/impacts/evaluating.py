@@ -130,7 +130,9 @@ def _in_doubles(
     formula: Formula, rows: dict[str, Array], given: Mapping[str, Given], units: Sequence[Unit | None]
 ) -> list[Array]:
     columns = {name: _columns(column) for name, column in rows.items()}
-    widths = {name: np.abs(column).reshape(-1, column.shape[-1]).max(axis=0) for name, column in columns.items()}
+    widths = {
+        name: np.abs(column).max(axis=tuple(range(column.ndim - 1)), initial=0.0) for name, column in columns.items()
+    }
     base = _scale(widths, given)
     far = np.zeros(base.speed.shape, dtype=bool)
     scaled = {}
@@ -145,7 +147,7 @@ def _in_doubles(
         if kind is None:
             results.append(np.array(value))
         else:
-            far |= ~np.isfinite(value.high).reshape(-1, far.size).all(axis=0)
+            far |= ~np.isfinite(value.high).all(axis=tuple(range(value.high.ndim - 1)))
             results.append(_rows(_shifted(value.high, kind.exponent(base)) + 0.0))
     if far.any():
         exact = _in_fractions(formula, {name: column[far] for name, column in rows.items()})

@@ -14,7 +14,7 @@ import numpy as np
 
 from refimpl.impacts.bodies import Moving, RigidBody, moving
 from refimpl.impacts.definite import Factors, factors
-from refimpl.impacts.evaluating import DIRECTION, IMPULSE, LENGTH, PURE, SPEED, TURNING, Given, evaluate
+from refimpl.impacts.evaluating import DIRECTION, IMPULSE, LENGTH, PURE, SPEED, TURNING, Given, Unit, evaluate
 from refimpl.impacts.friction import SIGN_BITS, share_in_cone
 from refimpl.impacts.numbers import IDENTITY, Numbers, choose, cross, dot, known, quotient, spread, stack
 from refimpl.impacts.reading import Array, at_least_zero, direction, real, share
@@ -91,14 +91,14 @@ def impact_of_bodies(
 
 
 def approach(a: RigidBody, b: RigidBody, point: Any, normal: Any) -> Array:
-    """Speed n·(v_b − v_a) at a point, times the length of n (...): negative where the bodies approach, exactly."""
+    """n·(v_b − v_a) at a point (...), with n of any length: negative, exactly, where the bodies approach."""
     given = {
         **a.motion("_a"),
         **b.motion("_b"),
         "point": Given(real("point", point, 3), LENGTH, 1),
-        "n": Given(direction("normal", normal), DIRECTION, 1),
+        "n": Given(direction("normal", normal), LENGTH, 1),
     }
-    return evaluate(_approach, given, (SPEED,))[0]
+    return evaluate(_approach, given, (Unit(speed=1, length=1),))[0]
 
 
 class Touched(NamedTuple):
