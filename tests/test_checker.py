@@ -66,7 +66,7 @@ def at_origin(*points: tuple[float, ...]) -> tuple[Any, ...]:
 # ---- the file ----------------------------------------------------------------------------------------------
 
 
-TRUSTED = ("checker", "claims", "bounds", "unions", "sets", "reading", "rational")
+TRUSTED = ("checker", "claims", "bounds", "unions", "sets", "reading", "rational", "impacts", "impact_law")
 
 
 def test_the_trusted_files_need_only_the_standard_library_and_stay_small() -> None:

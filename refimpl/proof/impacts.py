@@ -7,16 +7,16 @@ refuses a certificate that states others, and encloses the error of the velociti
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
-from refimpl.proof.rational import Exact, InvalidCertificate, Number, Vector, cross, dot, items, minus, number, root
+from refimpl.proof.impact_law import Body, Interval, Question, Rows, Velocities, determinant, relative, solution, times
+from refimpl.proof.rational import Exact, InvalidCertificate, Number, Vector, cross, dot, items, minus, number
 from refimpl.proof.rational import vector as read_vector
 
 Matrix: TypeAlias = tuple[Vector, Vector, Vector]
-Interval: TypeAlias = tuple[Fraction, Fraction]
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,8 @@ class Residuals:
         I Δω minus the moment of P (A: −P) about the centre of mass: the impulse acted at the point, and angular
         momentum about any point is kept. Of an immovable body: Δω.
     restitution
-        n·u′ + e n·u; of bodies that do not approach, which ought to keep their velocities: n·u′ − n·u.
+        n·u′ + e n·u; of bodies that ought to keep their velocities, as they do not approach or are both immovable:
+        n·u′ − n·u.
     pressure
         n·P, not negative where the bodies push each other.
     cone
@@ -144,34 +145,15 @@ def check_impact(certificate: ImpactCertificate) -> ProvenImpact:
         same = tuple(read_vector(stated, field.name)) if isinstance(true, tuple) else number(stated, field.name)
         if same != true:
             raise InvalidCertificate(f"{field.name}: the residual is not what is stated")
-    lower, upper = _solution(question)
+    lower, upper = solution(question)
     errors = [_error(*ends) for ends in zip(lower, upper, outcome, strict=True)]
     return ProvenImpact(found, _outcome(lower), _outcome(upper), (errors[0], errors[1], errors[2], errors[3]))
 
 
 # ---- reading -----------------------------------------------------------------------------------------------------
 
-Rows: TypeAlias = Sequence[Exact]
-Velocities: TypeAlias = tuple[Exact, Exact, Exact, Exact]  # v_a, ω_a, v_b, ω_b
 
-
-class _Body(NamedTuple):
-    arm: Exact
-    velocity: Exact
-    spin: Exact
-    w: Fraction
-    inertia: Rows
-
-
-class _Question(NamedTuple):
-    a: _Body
-    b: _Body
-    n: Exact
-    e: Fraction
-    mu: Fraction
-
-
-def _read(impact: Impact) -> _Question:
+def _read(impact: Impact) -> Question:
     if type(impact) is not Impact:
         raise InvalidCertificate("impact: expected Impact")
     point = read_vector(impact.point, "point")
@@ -183,10 +165,10 @@ def _read(impact: Impact) -> _Question:
         raise InvalidCertificate("restitution: must be from 0 to 1")
     if mu < 0:
         raise InvalidCertificate("friction: must be at least 0")
-    return _Question(_read_body(impact.a, point, "a"), _read_body(impact.b, point, "b"), n, e, mu)
+    return Question(_read_body(impact.a, point, "a"), _read_body(impact.b, point, "b"), n, e, mu)
 
 
-def _read_body(body: MovingBody, point: Exact, name: str) -> _Body:
+def _read_body(body: MovingBody, point: Exact, name: str) -> Body:
     if type(body) is not MovingBody:
         raise InvalidCertificate(f"{name}: expected MovingBody")
     w = number(body.inverse_mass, f"{name}.inverse_mass")
@@ -198,12 +180,12 @@ def _read_body(body: MovingBody, point: Exact, name: str) -> _Body:
         if any(inertia[i][j] != inertia[j][i] for i in range(3) for j in range(i)):
             raise InvalidCertificate(f"{name}.inertia: must be symmetric")
         (xx, xy, _), (_, yy, _), _ = inertia
-        if not (xx > 0 and xx * yy > xy * xy and _determinant(inertia) > 0):
+        if not (xx > 0 and xx * yy > xy * xy and determinant(inertia) > 0):
             raise InvalidCertificate(f"{name}.inertia: must be positive definite")
     position, velocity, spin = (
         read_vector(getattr(body, field), f"{name}.{field}") for field in ("position", "velocity", "angular_velocity")
     )
-    return _Body(minus(point, position), velocity, spin, w, inertia)
+    return Body(minus(point, position), velocity, spin, w, inertia)
 
 
 def _read_outcome(outcome: Outcome) -> Velocities:
@@ -216,11 +198,11 @@ def _read_outcome(outcome: Outcome) -> Velocities:
 # ---- the laws ----------------------------------------------------------------------------------------------------
 
 
-def _residuals(question: _Question, outcome: Velocities) -> Residuals:
+def _residuals(question: Question, outcome: Velocities) -> Residuals:
     a, b, n, e, mu = question
     va, spin_a, vb, spin_b = outcome
-    before = _relative(question, (a.velocity, a.spin, b.velocity, b.spin))
-    after = _relative(question, outcome)
+    before = relative(question, (a.velocity, a.spin, b.velocity, b.spin))
+    after = relative(question, outcome)
     change_a, change_b = minus(va, a.velocity), minus(vb, b.velocity)
     total = a.w + b.w
     impulse = [x / total if total else x * 0 for x in minus(change_b, change_a)]
@@ -232,28 +214,20 @@ def _residuals(question: _Question, outcome: Velocities) -> Residuals:
         _tuple([x - b.w * p for x, p in zip(change_b, impulse, strict=True)]),
         _turning(a, minus(spin_a, a.spin), opposite),
         _turning(b, minus(spin_b, b.spin), impulse),
-        dot(n, after) + (e * approach if approach < 0 else -approach),
+        dot(n, after) + (e * approach if approach < 0 < total else -approach),
         dot(n, impulse),
         mu * mu * dot(n, impulse) ** 2 - dot(aside, aside),
         _gain(a, va, spin_a, opposite) + _gain(b, vb, spin_b, impulse),
     )
 
 
-def _relative(question: _Question, velocities: Velocities) -> list[Fraction]:
-    """Velocity of B minus that of A at the point."""
-    va, spin_a, vb, spin_b = velocities
-    at_a = [x + y for x, y in zip(va, cross(spin_a, question.a.arm), strict=True)]
-    at_b = [x + y for x, y in zip(vb, cross(spin_b, question.b.arm), strict=True)]
-    return minus(at_b, at_a)
-
-
-def _turning(body: _Body, change: Exact, impulse: Exact) -> Vector:
+def _turning(body: Body, change: Exact, impulse: Exact) -> Vector:
     if not body.w:
         return _tuple(change)
-    return _tuple(minus(_times(body.inertia, change), cross(body.arm, impulse)))
+    return _tuple(minus(times(body.inertia, change), cross(body.arm, impulse)))
 
 
-def _gain(body: _Body, velocity: Exact, spin: Exact, impulse: Exact) -> Fraction:
+def _gain(body: Body, velocity: Exact, spin: Exact, impulse: Exact) -> Fraction:
     """Gain of kinetic energy; of an immovable body, the work that is done on it."""
     work: Fraction
     if not body.w:
@@ -261,85 +235,8 @@ def _gain(body: _Body, velocity: Exact, spin: Exact, impulse: Exact) -> Fraction
         work = dot(impulse, moving)
         return work
     work = (dot(velocity, velocity) - dot(body.velocity, body.velocity)) / (2 * body.w)
-    turning: Fraction = dot(spin, _times(body.inertia, spin)) - dot(body.spin, _times(body.inertia, body.spin))
+    turning: Fraction = dot(spin, times(body.inertia, spin)) - dot(body.spin, times(body.inertia, body.spin))
     return work + turning / 2
-
-
-def _solution(question: _Question) -> tuple[Velocities, Velocities]:
-    """Enclose the velocities after the impact, by the law of Chatterjee and Ruina (1998)."""
-    a, b, n, e, mu = question
-    before: Velocities = (a.velocity, a.spin, b.velocity, b.spin)
-    u = _relative(question, before)
-    if dot(n, u) >= 0 or not a.w + b.w:
-        return before, before
-    give = [[x + y for x, y in zip(*rows, strict=True)] for rows in zip(_giving(a), _giving(b), strict=True)]
-    share = -dot(n, u) / dot(n, _times(give, n))
-    stop = [share * x for x in n]
-    axis = [(1 + e) * x for x in stop]
-    toward = minus([-x for x in _times(_inverse(give), u)], stop)
-    ends = [
-        _after(question, [p + kappa * q for p, q in zip(axis, toward, strict=True)])
-        for kappa in _share_in_cone(n, axis, toward, mu)
-    ]
-    return _each(min, *ends), _each(max, *ends)
-
-
-def _each(pick: Callable[[Fraction, Fraction], Fraction], u: Velocities, v: Velocities) -> Velocities:
-    """Pick one of the two, for each coordinate."""
-    va, spin_a, vb, spin_b = ([pick(x, y) for x, y in zip(*pair, strict=True)] for pair in zip(u, v, strict=True))
-    return va, spin_a, vb, spin_b
-
-
-def _share_in_cone(n: Exact, axis: Exact, toward: Exact, mu: Fraction) -> Interval:
-    """Enclose the largest κ from 0 to 1 with axis + κ toward in the friction cone: |n × κ t| ≤ μ n·(axis + κ t)."""
-    aside = cross(n, toward)
-    low, high = root(dot(aside, aside))
-    normal, gain = mu * dot(n, axis), mu * dot(n, toward)
-    if normal + gain >= 0 and dot(aside, aside) <= (normal + gain) ** 2:
-        return Fraction(1), Fraction(1)
-    # here root − gain > normal ≥ 0; an enclosure of the root so wide that its low end hides that is cut off at κ = 1
-    upper = normal / (low - gain) if low - gain > normal else Fraction(1)
-    return normal / (high - gain), upper
-
-
-def _after(question: _Question, impulse: Exact) -> Velocities:
-    a, b = question.a, question.b
-    back = [-p for p in impulse]
-    return *_pushed(a, back), *_pushed(b, impulse)
-
-
-def _pushed(body: _Body, impulse: Exact) -> tuple[Exact, Exact]:
-    velocity = [x + body.w * p for x, p in zip(body.velocity, impulse, strict=True)]
-    return velocity, [x + y for x, y in zip(body.spin, _turn(body, impulse), strict=True)]
-
-
-def _turn(body: _Body, impulse: Exact) -> list[Fraction]:
-    """Change of angular velocity by an impulse at the point."""
-    return _times(_inverse(body.inertia), cross(body.arm, impulse)) if body.w else [Fraction(0)] * 3
-
-
-def _giving(body: _Body) -> list[list[Fraction]]:
-    """Matrix from an impulse at the point to the change of velocity there; symmetric, so that rows are columns."""
-    rows = []
-    for axis in range(3):
-        unit = [Fraction(int(axis == i)) for i in range(3)]
-        rows.append([body.w * x + y for x, y in zip(unit, cross(_turn(body, unit), body.arm), strict=True)])
-    return rows
-
-
-def _times(matrix: Rows, v: Exact) -> list[Fraction]:
-    return [dot(row, v) for row in matrix]
-
-
-def _determinant(m: Rows) -> Fraction:
-    value: Fraction = dot(m[0], cross(m[1], m[2]))
-    return value
-
-
-def _inverse(m: Rows) -> list[list[Fraction]]:
-    """Of a symmetric matrix, by Cramer's rule."""
-    determinant = _determinant(m)
-    return [[x / determinant for x in cross(m[i - 2], m[i - 1])] for i in range(3)]
 
 
 def _error(lower: Exact, upper: Exact, given: Exact) -> Interval:
