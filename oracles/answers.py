@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from oracles.engine import COLUMNS, WIDTH, Answers, Status
-from oracles.scene import BOOLEAN, RAYCAST
+from oracles.impact_reference import reference_of
+from oracles.scene import BOOLEAN, RAYCAST, Scene
 from refimpl import Proxy, distance, raycast
 
 
@@ -26,6 +27,13 @@ def said(answers: Answers, row: int) -> dict[str, object]:
         return {}
     found = {name: getattr(answers, name)[row].tolist() for name in COLUMNS}
     return {name: value for name, value in found.items() if not np.isnan(value).all()}
+
+
+def reference_for(scene: Scene) -> Answers:
+    """Answer one scene as the reference does."""
+    if scene.motion is not None:
+        return reference_of(scene.motion[None])
+    return reference_answers(scene.query, scene.a[None], scene.b[None])
 
 
 def reference_answers(query: str, a: Proxy, b: Proxy) -> Answers:

@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles.draws import NumpyDraws
+from oracles.impact_regimes import IMPACT_REGIMES
+from oracles.impact_stages import TARGETS
+from oracles.motion import Motion
 from oracles.reference import UNIONS
 from oracles.regimes import REGIMES
-from oracles.scene import Scene
+from oracles.scene import IMPACT, RAYCAST, Scene, packed_rows
 from refimpl.linear import Array
-from refimpl.shapes import Proxy
+from refimpl.shapes import Proxy, Ray
 
 PairKey = tuple[type[Proxy], type[Proxy]]
 
@@ -38,6 +41,8 @@ class Batch:
     numbers: NDArray[np.int_]
     source: str
     about: dict[int, str]
+    motion: Motion | None = None
+    """How the two move; of batches of impacts."""
 
     @classmethod
     def draw(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> list[Batch]:
@@ -58,10 +63,33 @@ class Batch:
             found.append(cls(a, b, [names[i] for i in groups], groups, numbers, source, about))
         return found
 
+    @classmethod
+    def draw_impacts(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> list[Batch]:
+        """`each` scenes of every regime of impacts; none of a pair that is not staged."""
+        if pair not in TARGETS:
+            return []
+        made = [
+            make(NumpyDraws(seed, (*shard, index, 1), each), *pair)
+            for index, make in enumerate(IMPACT_REGIMES.values())
+        ]
+        names = [name for name in IMPACT_REGIMES for _ in range(each)]
+        groups = np.repeat(np.arange(len(made)), each)
+        numbers = groups * each + np.tile(np.arange(each), len(made))
+        a, b = _joined([a for a, _, _ in made]), _joined([b for _, b, _ in made])
+        motion = Motion.unpack(np.concatenate([motion.pack() for _, _, motion in made]))
+        source = f"bulk of impacts {seed}/{'/'.join(map(str, shard))}"
+        return [cls(a, b, names, groups, numbers, source, dict.fromkeys(range(len(made)), ""), motion)]
+
+    def is_of(self, query: str) -> bool:
+        """Whether its scenes are for this query."""
+        if self.motion is not None or query == IMPACT:
+            return self.motion is not None and query == IMPACT
+        return isinstance(self.a, Ray) == (query == RAYCAST)
+
     @property
     def rows(self) -> tuple[Array, Array]:
         """Numbers of both sides."""
-        return self.a.pack(), self.b.pack()
+        return packed_rows(self.a, self.b, self.motion)
 
     def __len__(self) -> int:
         """Return the number of scenes."""
@@ -70,7 +98,8 @@ class Batch:
     def scene(self, query: str, i: int) -> Scene:
         """One scene of the batch."""
         source = f"{self.source}[{self.numbers[i]}]{self.about[int(self.groups[i])]}"
-        return Scene(query, self.a[i], self.b[i], self.regimes[i], source)
+        motion = None if self.motion is None else self.motion[i]
+        return Scene(query, self.a[i], self.b[i], self.regimes[i], source, motion)
 
 
 def _form(shape: Proxy, index: int) -> tuple[int, ...]:

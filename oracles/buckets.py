@@ -17,7 +17,7 @@ _GRAVITY = {severity: rank for rank, severity in enumerate(Severity)}
 
 def clumsiness_of_scene(scene: Scene) -> int:
     """How hard a scene is to take in: characters to read, zeros and ones counting least."""
-    numbers = [*scene.a.pack().tolist(), *scene.b.pack().tolist()]
+    numbers = [x for row in scene.rows for x in row.tolist()]
     return sum(0 if x in (0.0, 1.0) else len(f"{x:.17g}") for x in numbers)
 
 

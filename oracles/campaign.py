@@ -21,20 +21,20 @@ from typing import Protocol
 
 import numpy as np
 
-from oracles.answers import reference_answers, said, take
-from oracles.audit import audit
+from oracles.answers import reference_for, said, take
 from oracles.batch import Batch, PairKey
 from oracles.buckets import Buckets
 from oracles.engine import Answers, Engine, EngineUnavailable, SupportKind
 from oracles.engines import load_engine, require_sound
 from oracles.hunt import hunt
-from oracles.judge import Judge
+from oracles.impact_regimes import impact_reasons, regimes_of
+from oracles.judges import Judges, audit_of
 from oracles.known import KnownFaults
 from oracles.library import Library, shipped, using
 from oracles.outcome import ANSWERED, Finding, Kind, Run, SupportNote, Verdict
 from oracles.reference import is_quick
-from oracles.regimes import REGIMES, reasons
-from oracles.scene import Cell, Scene, cells
+from oracles.regimes import reasons
+from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, Scene, cells
 from oracles.words import decade_of
 from oracles.worker import EngineWorker
 from refimpl.pairs import TABLE
@@ -42,6 +42,8 @@ from refimpl.pairs import TABLE
 FIRST_PASS, LARGEST_PASS = 6, 100
 SEARCHED = 6
 """Pairs that need a search, corners or pieces get so many times fewer scenes than pairs with a closed form."""
+STEPPED = 3
+"""Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
 AUDITED = 4
 """One regime in so many is audited, where a proof is no closed form."""
 GIVE_UP_AFTER = 1
@@ -76,13 +78,13 @@ class Campaign:
     listener: Listener | None
     known: KnownFaults
     buckets: Buckets = field(init=False)
-    judges: dict[str, Judge] = field(init=False)
+    judges: dict[str, Judges] = field(init=False)
     start: float = field(default_factory=time.monotonic)
     turn: int = 0
 
     def __post_init__(self) -> None:
         self.buckets = Buckets(self.known)
-        self.judges = {name: Judge(engine) for name, engine in self.engines.items()}
+        self.judges = {name: Judges(engine) for name, engine in self.engines.items()}
 
     @property
     def elapsed(self) -> float:
@@ -149,13 +151,18 @@ class Campaign:
     def _drawn(self, pair: PairKey, shard: tuple[int, int], each: int) -> list[Batch]:
         """Scenes of a pair; fewer where each costs a search."""
         with self.timed("scenes"):
-            return Batch.draw(pair, self.run.seed, shard, each if is_quick(*pair) else max(1, each // SEARCHED))
+            batches = Batch.draw(pair, self.run.seed, shard, each if is_quick(*pair) else max(1, each // SEARCHED))
+            if any(self.supported(name, Cell(IMPACT, *pair)) for name in self.engines):
+                batches += Batch.draw_impacts(pair, self.run.seed, shard, max(1, each // STEPPED))
+            return batches
 
     def _ask(
         self, pair: PairKey, batch: Batch, pools: dict[str, ThreadPoolExecutor]
     ) -> list[tuple[str, Cell, Future[Answers]]]:
         jobs = []
         for cell in self.cells_of(pair):
+            if not batch.is_of(cell.query):
+                continue
             for name in self.engines:
                 if self.supported(name, cell):
                     jobs.append((name, cell, pools[name].submit(self._answers, name, cell, batch)))
@@ -177,7 +184,7 @@ class Campaign:
             answers = future.result()
             self.run.hunters["bulk"] += len(answers)
             with self.timed("judge"):
-                screening = self.judges[name].screen(cell, batch.a, batch.b, answers)
+                screening = self.judges[name].screen(cell, batch.a, batch.b, batch.motion, answers)
             for i, kind in enumerate(screening.kind):
                 if kind in (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT):
                     decade = decade_of(float(screening.amount[i]), batch.scene(cell.query, i).size)
@@ -218,7 +225,7 @@ class Campaign:
 
     def file(self, name: str, scene: Scene, answers: Answers, verdict: Verdict) -> None:
         """File a proven finding; one against the reference ends the run."""
-        reference = reference_answers(scene.query, scene.a[None], scene.b[None])
+        reference = reference_for(scene)
         if verdict.kind is Kind.REFERENCE_WRONG:
             name = "refimpl"
         finding = Finding(name, scene, said(answers, 0), said(reference, 0), verdict, answers.errors.get(0, ""))
@@ -231,23 +238,16 @@ class Campaign:
         """Prove the reference's own answer on one scene of each regime, or of some in turn where proofs take time."""
         with self.timed("audit"):
             first = np.unique(batch.groups, return_index=True)[1]
-            if not is_quick(type(batch.a), type(batch.b)):
+            if batch.motion is not None or not is_quick(type(batch.a), type(batch.b)):
                 first = first[batch.groups[first] % AUDITED == self.turn % AUDITED]
                 self.turn += 1
             for i in first:
-                verdict = audit(batch.a[int(i)], batch.b[int(i)])
-                query = "raycast" if type(batch.a).__name__ == "Ray" else "distance"
-                self.run.counts[
-                    "refimpl", query, batch.scene(query, int(i)).cell.pair, batch.regimes[i], verdict.kind
-                ] += 1
+                query = next(q for q in (RAYCAST, DISTANCE, IMPACT) if batch.is_of(q))
+                scene = batch.scene(query, int(i))
+                verdict = audit_of(scene)
+                self.run.counts["refimpl", query, scene.cell.pair, scene.regime, verdict.kind] += 1
                 if verdict.kind is Kind.REFERENCE_WRONG:
-                    scene = batch.scene(query, int(i))
-                    self.file(
-                        "refimpl",
-                        scene,
-                        reference_answers(scene.query, scene.a[None], scene.b[None]),
-                        verdict,
-                    )
+                    self.file("refimpl", scene, reference_for(scene), verdict)
 
     def hunting(self, number: int, until: float) -> None:
         """Let Hypothesis attack every supported cell in turn, in an order drawn from the seed."""
@@ -290,7 +290,7 @@ class Campaign:
 
     @staticmethod
     def _repro(engine: Engine, scene: Scene) -> str:
-        rows = scene.a.pack().tolist(), scene.b.pack().tolist()
+        rows = [row.tolist() for row in scene.rows]
         try:
             return engine.repro(scene.query, scene.cell.type_a, scene.cell.type_b, *rows)
         except Exception as error:  # an adapter's mistake must not cost the report
@@ -307,11 +307,12 @@ class Campaign:
             if count and key[4] not in (Kind.UNSUPPORTED, Kind.SKIPPED):
                 compared.add(key[:4])
         for cell, note in self.run.support.items():
-            lacking = [regime for regime in REGIMES if (*cell, regime) not in compared]
+            engine, query, pair = cell
+            wanted = regimes_of(query)
+            lacking = [regime for regime in wanted if (*cell, regime) not in compared]
             if note.kind != "unsupported" and lacking:
-                engine, query, pair = cell
-                regimes = f"{len(lacking)} of {len(REGIMES)} regimes: {', '.join(lacking)}"
-                where = "any regime" if len(lacking) == len(REGIMES) else regimes
+                regimes = f"{len(lacking)} of {len(wanted)} regimes: {', '.join(lacking)}"
+                where = "any regime" if len(lacking) == len(wanted) else regimes
                 silent.append(f"{engine}: nothing compared in {query} {pair} in {where}")
         return silent
 
@@ -384,6 +385,8 @@ def run_campaign(
             for engine in named.values():
                 support = engine.support(cell.query, cell.type_a, cell.type_b)
                 run.support[engine.name, cell.query, cell.pair] = SupportNote(support.kind.value, support.reason)
+        if any(query == IMPACT and note.kind != "unsupported" for (_, query, _), note in run.support.items()):
+            run.regimes |= impact_reasons()
         if listener is not None:
             listener.started(run.engines, len(run.support))
         try:

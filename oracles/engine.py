@@ -4,6 +4,9 @@ A *cell* is (query, type A, type B). Its scenes travel as rows of doubles (`Prox
 back as rows of `WIDTH` doubles in the order of `COLUMNS`, NaN where the engine does not say. Every answer is
 in the terms of the contract, whatever the engine's own are: the normal points from A to B, depth is a
 negative distance, a ray's time counts in units of its direction's length. Converting is the adapter's work.
+
+An impact is two proxies about to touch, with their motion (`oracles.motion`), whose numbers stand behind those of A
+in its row; the answer is the velocities after.
 """
 
 from __future__ import annotations
@@ -18,7 +21,9 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from oracles.scene import DISTANCE, QUERIES, RAYCAST
+from oracles.impact_stages import TARGETS
+from oracles.motion import Motion
+from oracles.scene import DISTANCE, IMPACT, QUERIES, RAYCAST
 from refimpl.shapes import Point, Proxy, Ray
 
 Array = NDArray[np.float64]
@@ -36,9 +41,17 @@ COLUMNS: Mapping[str, slice] = MappingProxyType(
         "normal": slice(8, 11),
         "t": slice(11, 12),
         "point": slice(12, 15),
+        "velocity_a": slice(15, 18),
+        "angular_a": slice(18, 21),
+        "velocity_b": slice(21, 24),
+        "angular_b": slice(24, 27),
     }
 )
-WIDTH = 15
+WIDTH = 27
+VELOCITIES = ("velocity_a", "angular_a", "velocity_b", "angular_b")
+"""Columns that answer an impact."""
+
+NOT_STAGED = f"impacts are staged for {', '.join(f'{a.__name__}–{b.__name__}' for a, b in TARGETS)}"
 
 NAN = float("nan")
 NOWHERE = (NAN, NAN, NAN)
@@ -53,9 +66,13 @@ def answer_row(
     normal: Sequence[float] = NOWHERE,
     t: float = NAN,
     point: Sequence[float] = NOWHERE,
+    velocity_a: Sequence[float] = NOWHERE,
+    angular_a: Sequence[float] = NOWHERE,
+    velocity_b: Sequence[float] = NOWHERE,
+    angular_b: Sequence[float] = NOWHERE,
 ) -> AnswerRow:
     """One answer in the order of `COLUMNS`; what is not given is not said."""
-    return (hit, distance, *on_a, *on_b, *normal, t, *point)
+    return (hit, distance, *on_a, *on_b, *normal, t, *point, *velocity_a, *angular_a, *velocity_b, *angular_b)
 
 
 class EngineUnavailable(RuntimeError):
@@ -104,6 +121,8 @@ class Answers:
         A ray's time in units of its direction's length; infinite on a miss.
     point : (n, 3)
         A contact's position where the engine gives one and not two; a ray's hit point.
+    velocity_a, angular_a, velocity_b, angular_b : (n, 3)
+        Of both bodies after an impact.
     errors : dict
         Scene's index to the text of its error, crash or time-out.
     """
@@ -116,6 +135,10 @@ class Answers:
     normal: Array
     t: Array
     point: Array
+    velocity_a: Array
+    angular_a: Array
+    velocity_b: Array
+    angular_b: Array
     errors: Mapping[int, str] = field(default_factory=dict)
 
     @classmethod
@@ -168,7 +191,10 @@ def unsupported(why: str) -> Support:
 
 @dataclass(frozen=True)
 class Bound:
-    """An error in length units, ``absolute + relative · size``; the size is the scene's largest number."""
+    """An error in length units, ``absolute + relative · size``; the size is the scene's largest number.
+
+    Of impacts the error is a velocity, and the size the largest velocity.
+    """
 
     absolute: float
     relative: float
@@ -185,7 +211,8 @@ class Tolerance:
     Attributes
     ----------
     value : Bound
-        Error of the signed distance; for a ray: how far from B's surface the point at time t may lie.
+        Error of the signed distance; for a ray: how far from B's surface the point at time t may lie; for an impact:
+        by how much velocities would have to change to fulfil the laws.
     witness : Bound
         How far a witness may lie off its shape, and the two from being |distance| apart.
     boolean : Bound
@@ -214,6 +241,7 @@ class Convention(Enum):
     TWO_SIDED_PLANE = "a ray from inside a half-space hits its plane"
     DEPTH_OF_ITS_NORMAL = "a depth is that of the reported normal, which need not be the least"
     NO_DEPTH = "an overlap is told (as a distance of minus infinity), but not its depth"
+    CLAMPED = "velocities are limited"
     OF_ONE_TRIANGLE = "a contact's depth and normal are those of one triangle, not of the solid"
 
 
@@ -248,6 +276,8 @@ class Engine(ABC):
     """
 
     name: ClassVar[str]
+    velocity_limit: ClassVar[float] = float("inf")
+    """Largest coordinate of a velocity, where the convention CLAMPED says that there is one."""
 
     @abstractmethod
     def versions(self) -> dict[str, str]:
@@ -267,7 +297,14 @@ class Engine(ABC):
             return unsupported("a Ray is for raycast")
         if A is Point and B is Point:
             return unsupported("two points are no pair of the table")
+        if query == IMPACT:
+            return self._impact_support(A, B) if (A, B) in TARGETS else unsupported(NOT_STAGED)
         return self._support(query, A, B)
+
+    def _impact_support(self, A: Kind, B: Kind) -> Support:
+        """Support of impacts, in a cell that makes sense; none, unless an adapter says so."""
+        del A, B
+        return unsupported(f"{self.name} is asked about shapes at rest: there are no impacts")
 
     @abstractmethod
     def _support(self, query: str, A: Kind, B: Kind) -> Support:
@@ -285,6 +322,19 @@ class Engine(ABC):
         """Give the shapes that the engine effectively uses for scenes of a cell."""
         del query
         return Effective.exactly(A, rows_a), Effective.exactly(B, rows_b)
+
+    def effective_motion(self, A: Kind, B: Kind, motion: Motion, rows: tuple[Array, Array]) -> Motion:
+        """Give the motion with which the engine effectively calculates: with its own inertia, for instance.
+
+        Parameters
+        ----------
+        motion
+            Of a batch.
+        rows
+            Packed proxies of both sides.
+        """
+        del A, B, rows
+        return motion
 
     def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
         """Departures from the contract by design, each with the engine's own sentence."""

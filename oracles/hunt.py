@@ -14,7 +14,7 @@ from hypothesis.configuration import set_hypothesis_home_dir
 
 from oracles.buckets import clumsiness_of_scene
 from oracles.engine import Answers
-from oracles.judge import Judge
+from oracles.judges import Judges
 from oracles.outcome import FINDINGS, CountKey, Kind, Verdict
 from oracles.scene import Cell, Scene
 from oracles.strategies import scenes
@@ -54,7 +54,7 @@ class Hunt:
 
 @dataclass
 class _Attack:
-    judge: Judge
+    judge: Judges
     worker: EngineWorker
     cell: Cell
     deadline: float
@@ -69,9 +69,10 @@ class _Attack:
         if time.monotonic() > self.deadline or self.losses >= STOP_AFTER_LOSSES:
             raise TimeUp
         self.scenes += 1
-        a, b, cell = scene.a[None], scene.b[None], self.cell
-        answers = self.worker.answer(cell.query, cell.type_a, cell.type_b, a.pack(), b.pack())
-        screening = self.judge.screen(cell, a, b, answers)
+        cell, motion = self.cell, None if scene.motion is None else scene.motion[None]
+        rows = (row[None] for row in scene.rows)
+        answers = self.worker.answer(cell.query, cell.type_a, cell.type_b, *rows)
+        screening = self.judge.screen(cell, scene.a[None], scene.b[None], motion, answers)
         kind = screening.kind[0]
         target(float(min(screening.pressure[0], 1e300)), label="error by tolerance")
         if kind in (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT):
@@ -99,7 +100,7 @@ class _Attack:
         return self.types[key]
 
 
-def hunt(judge: Judge, worker: EngineWorker, cell: Cell, *, seed: int, deadline: float) -> Hunt:
+def hunt(judge: Judges, worker: EngineWorker, cell: Cell, *, seed: int, deadline: float) -> Hunt:
     """Search one cell until the deadline (of `time.monotonic`) or for a few hundred scenes."""
     attack = _Attack(judge, worker, cell, deadline)
     set_hypothesis_home_dir(Path(tempfile.gettempdir()) / "proxyproof-hypothesis")  # not in the caller's folder

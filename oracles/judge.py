@@ -43,7 +43,7 @@ _LOST = {
 }
 
 
-def _lost(answers: Answers, i: int) -> tuple[Kind, str]:
+def fate_of(answers: Answers, i: int) -> tuple[Kind, str]:
     """Verdict on a scene without an answer; `Kind.AGREES` where there is one to be judged."""
     kind, symptom = _LOST[Status(int(answers.status[i]))]
     if symptom == RAISED and answers.errors.get(i, "").startswith("answered "):
@@ -101,7 +101,7 @@ class Judge:
     def screen(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Screening:
         """Give every row of a batch its verdict by floats."""
         n = len(a)
-        lost = [_lost(answers, i) for i in range(n)]
+        lost = [fate_of(answers, i) for i in range(n)]
         found = Screening([k for k, _ in lost], [s for _, s in lost], np.zeros(n), np.ones(n, dtype=bool), np.zeros(n))
         nominal = self._questioned(cell, a, b, answers, effective=False)
         for i in np.flatnonzero(nominal.unusable):
@@ -184,7 +184,7 @@ class Judge:
 
     def convict(self, scene: Scene, answers: Answers) -> Verdict:
         """Verdict on the one answer in `answers`, with its proof."""
-        kind, symptom = _lost(answers, 0)
+        kind, symptom = fate_of(answers, 0)
         if kind is not Kind.AGREES:
             return self._no_answer(scene, kind, symptom, answers.errors.get(0, "no more is known"))
         cell = scene.cell

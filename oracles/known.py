@@ -34,7 +34,9 @@ class Fault:
     thinner_than
         Only scenes in which a box or cylinder has a half extent or radius below this.
     larger_than, smaller_than
-        Only scenes whose largest coordinate or extent is at least, at most this.
+        Only scenes whose largest coordinate or extent, of impacts the largest velocity, is at least, at most this.
+    slower_than
+        Only impacts in which the bodies come nearer along the normal at less than this.
     """
 
     engine: str
@@ -48,6 +50,7 @@ class Fault:
     thinner_than: float = math.inf
     larger_than: float = 0.0
     smaller_than: float = math.inf
+    slower_than: float = math.inf
 
     def covers(self, engine: str, scene: Scene, verdict: Verdict) -> bool:
         """Whether this entry explains the finding."""
@@ -64,7 +67,15 @@ class Fault:
         if verdict.amount > min(self.at_most * scene.size, self.within):
             return False
         thin = math.isinf(self.thinner_than) or thinnest(scene) < self.thinner_than
-        return thin and self.larger_than <= scene.size <= self.smaller_than
+        slow = math.isinf(self.slower_than) or approach_of(scene) < self.slower_than
+        return thin and slow and self.larger_than <= scene.size <= self.smaller_than
+
+
+def approach_of(scene: Scene) -> float:
+    """Velocity at which two bodies come nearer along the normal; infinite where nothing moves."""
+    if scene.motion is None:
+        return math.inf
+    return -float(scene.motion.closing / norm(scene.motion.normal))
 
 
 def thinnest(scene: Scene) -> float:

@@ -8,6 +8,7 @@ from enum import StrEnum
 
 from oracles.scene import Scene
 from refimpl.proof import Certificate
+from refimpl.proof.impacts import ImpactCertificate
 
 
 class Kind(StrEnum):
@@ -61,10 +62,11 @@ class Verdict:
     kind, symptom, severity
         What is wrong, in the words of `oracles.judge`; symptom is empty when nothing is.
     amount
-        Proven: the answer is wrong by at least this much (a length; 0 when nothing is wrong).
+        Proven: the answer is wrong by at least this much (a length, of impacts a velocity; 0 when nothing is wrong).
     lower, upper
         Proven interval of what the certificate is about: the signed distance of the scene (a ray's time of
-        the hit), or that of `proof_scene` where there is one.
+        the hit), or that of `proof_scene` where there is one; of an impact, by how much velocities would have to
+        change to fulfil the law that is broken.
     claim
         One sentence: what the engine said, and what is true.
     certificate
@@ -79,7 +81,7 @@ class Verdict:
     lower: float = float("nan")
     upper: float = float("nan")
     claim: str = ""
-    certificate: Certificate | None = None
+    certificate: Certificate | ImpactCertificate | None = None
     proof_scene: Scene | None = None
 
 

@@ -1,4 +1,4 @@
-"""A scene: two proxies and a query, with a name that says where it came from."""
+"""A scene: two proxies and a query, for an impact also their motion, with a name that says where it came from."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from oracles.motion import Motion
+from refimpl.linear import Array
 from refimpl.pairs import TABLE
 from refimpl.shapes import Proxy, Ray
 
-DISTANCE, CONTACTS, BOOLEAN, RAYCAST = "distance", "contacts", "boolean", "raycast"
-QUERIES = (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)
+DISTANCE, CONTACTS, BOOLEAN, RAYCAST, IMPACT = "distance", "contacts", "boolean", "raycast", "impact"
+QUERIES = (DISTANCE, CONTACTS, BOOLEAN, IMPACT, RAYCAST)
 
 MOST_NUMBERS = 1_000_000
 """No shape of a scene from a stranger may be larger."""
@@ -35,10 +37,10 @@ class Cell:
 
 
 def cells() -> list[Cell]:
-    """Every cell: rays are cast, all other pairs answer distance, contacts and the boolean."""
+    """Every cell: rays are cast, all other pairs answer distance, contacts, the boolean and impacts."""
     found = []
     for type_a, type_b in TABLE:
-        queries = (RAYCAST,) if type_a is Ray else (DISTANCE, CONTACTS, BOOLEAN)
+        queries = (RAYCAST,) if type_a is Ray else (DISTANCE, CONTACTS, BOOLEAN, IMPACT)
         found += [Cell(query, type_a, type_b) for query in queries]
     return found
 
@@ -51,6 +53,8 @@ class Scene:
     ----------
     source
         Where the scene came from: regime, and (seed, shard, index) or the hunter's name.
+    motion
+        How the two move and where they meet; of impacts, and of nothing else.
     """
 
     query: str
@@ -58,13 +62,19 @@ class Scene:
     b: Proxy
     regime: str
     source: str = ""
+    motion: Motion | None = None
+
+    @property
+    def rows(self) -> tuple[Array, Array]:
+        """Numbers of both sides, as engines get them: those of the motion stand behind A's."""
+        return packed_rows(self.a, self.b, self.motion)
 
     @property
     def id(self) -> str:
         """Hash of the content: the query, the types and every bit of their numbers."""
         digest = hashlib.sha256(f"{self.query} {type(self.a).__name__} {type(self.b).__name__}".encode())
-        for shape in (self.a, self.b):
-            digest.update(np.ascontiguousarray(shape.pack() + 0.0, dtype="<f8").tobytes())
+        for numbers in self.rows:
+            digest.update(np.ascontiguousarray(numbers + 0.0, dtype="<f8").tobytes())
         return digest.hexdigest()[:12]
 
     @property
@@ -74,7 +84,9 @@ class Scene:
 
     @property
     def size(self) -> float:
-        """Largest absolute coordinate or extent in the scene."""
+        """Largest absolute coordinate or extent in the scene; of an impact the largest velocity."""
+        if self.motion is not None:
+            return float(self.motion.speed)
         return float(max(self.a.magnitude, self.b.magnitude))
 
     def to_json(self) -> dict[str, Any]:
@@ -86,6 +98,7 @@ class Scene:
             "b": shapes[1],
             "regime": self.regime,
             "source": self.source,
+            **({} if self.motion is None else {"motion": self.motion.to_json()}),
         }
 
     @classmethod
@@ -94,11 +107,18 @@ class Scene:
         try:
             query, regime, source = (str(data[k])[:200] for k in ("query", "regime", "source"))
             a, b = (_shape_from_json(data[k]) for k in ("a", "b"))
+            motion = Motion.from_json(data["motion"]) if query == IMPACT else None
         except (KeyError, TypeError) as error:
             raise ValueError(f"not a scene: {error}") from None
         if query not in QUERIES:
             raise ValueError(f"not a scene: unknown query {query!r}; known are {', '.join(QUERIES)}")
-        return cls(query, a, b, regime, source)
+        return cls(query, a, b, regime, source, motion)
+
+
+def packed_rows(a: Proxy, b: Proxy, motion: Motion | None) -> tuple[Array, Array]:
+    """Numbers of both sides, single or in batches; those of the motion stand behind A's."""
+    first = a.pack() if motion is None else np.concatenate([a.pack(), motion.pack()], axis=-1)
+    return first, b.pack()
 
 
 def _shape_from_json(data: Any) -> Proxy:

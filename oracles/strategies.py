@@ -7,14 +7,18 @@ from collections.abc import Sequence
 from hypothesis import strategies as st
 
 from oracles.draws import HypothesisDraws
+from oracles.impact_regimes import IMPACT_REGIMES, regimes_of
 from oracles.regimes import REGIMES
-from oracles.scene import Cell, Scene
+from oracles.scene import IMPACT, Cell, Scene
 
 
 @st.composite
 def scenes(draw: st.DrawFn, cell: Cell, regimes: Sequence[str] | None = None) -> Scene:
     """Scenes of a cell, in any of the regimes (by default all); shrinks to the first regime and simple numbers."""
-    name = draw(st.sampled_from(list(regimes or REGIMES)))
+    name = draw(st.sampled_from(list(regimes or regimes_of(cell.query))))
     draws = HypothesisDraws(draw)
+    if cell.query == IMPACT:
+        a, b, motion = IMPACT_REGIMES[name](draws, cell.type_a, cell.type_b)
+        return Scene(cell.query, a[0], b[0], name, "hypothesis", motion[0])
     a, b = REGIMES[name](draws, cell.type_a, cell.type_b)
     return Scene(cell.query, a[0], b[0], name, "hypothesis" + draws.about)

@@ -20,6 +20,8 @@ from numpy.typing import ArrayLike
 
 from oracles.engine import Answers, Array, EngineUnavailable, Kind
 from oracles.guard import Job, Result
+from oracles.motion import WIDTH
+from oracles.scene import IMPACT
 
 START_LIMIT = 120.0
 """Seconds until a worker must have imported its engine."""
@@ -84,7 +86,7 @@ class EngineWorker:
         Parameters
         ----------
         rows_a, rows_b : (n, width)
-            Packed proxies.
+            Packed proxies; of impacts, the motion's numbers behind A's.
         groups : (n,) of int, optional
             Label of each scene's group; all one group by default.
         give_up_after : int, optional
@@ -105,7 +107,8 @@ class EngineWorker:
         give_up_after: int | None = None,
     ) -> None:
         """Start on a batch, as `answer` does, and return at once; `result` waits for it."""
-        a, b = _rows(A, rows_a, "rows_a"), _rows(B, rows_b, "rows_b")
+        a = _rows(A, rows_a, "rows_a", WIDTH if query == IMPACT else 0)
+        b = _rows(B, rows_b, "rows_b")
         labels = np.zeros(len(a), np.int64) if groups is None else np.asarray(groups).astype(np.int64)
         if not len(a) == len(b) == len(labels) or labels.ndim != 1:
             raise ValueError(f"one group and one row of each side per scene, got {len(a)}, {len(b)}, {labels.shape}")
@@ -176,12 +179,12 @@ class EngineWorker:
         )
 
 
-def _rows(kind: Kind, rows: ArrayLike, name: str) -> Array:
+def _rows(kind: Kind, rows: ArrayLike, name: str, behind: int = 0) -> Array:
     array = np.ascontiguousarray(rows, dtype=np.float64)
     if array.ndim == 2 and kind.header:  # rows that say their own size
         return array
-    if array.ndim != 2 or array.shape[1] != kind.width():
-        raise ValueError(f"{name}: a {kind.__name__} is a row of {kind.width()} numbers, got {array.shape}")
+    if array.ndim != 2 or array.shape[1] != kind.width() + behind:
+        raise ValueError(f"{name}: a {kind.__name__} is a row of {kind.width() + behind} numbers, got {array.shape}")
     return array
 
 

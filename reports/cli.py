@@ -1,4 +1,4 @@
-"""The command line: ``proxyproof run``, ``proxyproof table`` and ``proxyproof models``.
+"""The command line: ``proxyproof run``, ``proxyproof table``, ``proxyproof bounces`` and ``proxyproof models``.
 
 Exit status: 0 finished, 1 incomplete, 2 bad input (one line on standard error), 3 the reference was proven wrong,
 130 interrupted. Commands import what they need when they run, so that help and the table need no engine.
@@ -153,7 +153,7 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Engine to question: fcl, bullet, or one of your own as module:class or file.py:class; "
+            help="Engine to question: fcl, bullet, pybullet-defaults, or your own as module:class or file.py:class; "
             "may be repeated. Default: all installed.",
         ),
     ] = None,
@@ -233,6 +233,20 @@ def table(
     from reports import vs  # noqa: PLC0415
 
     print(vs.as_markdown() if markdown else vs.as_text(), end="")
+    return FINISHED
+
+
+@app.command()
+def bounces() -> int:
+    """Measure how a ball bounces in PyBullet by default, by restitution and speed, and print it as Markdown."""
+    from oracles.bounces import measured  # noqa: PLC0415
+    from oracles.engine import EngineUnavailable  # noqa: PLC0415
+    from reports.bounces import as_markdown  # noqa: PLC0415
+
+    try:
+        print(as_markdown(measured()), end="")
+    except EngineUnavailable as error:
+        raise BadInput(str(error)) from None
     return FINISHED
 
 

@@ -27,6 +27,9 @@ WORDS = (
     ("part", "a convex part or a triangle of a union, counted from 0, triangles last; a convex proxy is its part 0"),
     ("sha256", "the first digits of a digest of numbers that are too many to be shown: equal ones have equal digits"),
     ("normal", "unit vector from A to B: translating B along it separates"),
+    ("impact", "two bodies that touch, and their velocities after it: v of the centre of mass, ω the angular velocity"),
+    ("e, μ", "restitution, by which the normal velocity at the contact is reversed, and Coulomb's friction"),
+    ("wrong by, of an impact", "the least change of the velocities with which the law that is broken could hold"),
     ("proven interval", "bounds on the true value, each with a certificate that exact arithmetic has checked"),
     ("agrees", "the answer fits the proven interval and its own properties, within the engine's declared tolerance"),
     ("convention", "right on the shape that the engine effectively uses, or by a documented convention"),
@@ -35,7 +38,10 @@ WORDS = (
     ("undecided", "the proven interval allows both"),
     ("skipped", "not asked: the engine had run out of time on too many scenes of the cell and regime"),
     ("bucket", "findings with one cause, as far as can be told; its scene is the simplest found"),
-    ("1e-3 in a bucket's name", "the decade of the error, relative to the scene's largest coordinate or extent"),
+    (
+        "1e-3 in a bucket's name",
+        "the decade of the error, relative to the scene's largest coordinate, extent or velocity",
+    ),
 )
 """What the reports' words mean."""
 
@@ -63,7 +69,7 @@ class Content:
     index: Table
     groups: tuple[Group, ...]
     regimes: Table
-    coverage: Table
+    coverage: tuple[Table, ...]
     support: Table
     timing: Table
 

@@ -8,10 +8,12 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from oracles.motion import Motion
 from oracles.outcome import COMPARED, Bucket, Finding, Kind, Run, Verdict
 from oracles.scene import Scene
 from refimpl import Ray
 from refimpl.proof.claims import Bound
+from refimpl.proof.impacts import ImpactCertificate
 from reports import shapes, text
 from reports.proofs import Proof, proof_view
 from reports.tables import CellKey, Column, Entry, Table, engines, grouped, total
@@ -100,7 +102,7 @@ def _script(bucket: Bucket) -> str:
     if not bucket.repro:
         return ""
     finding = bucket.witness
-    lines = [bucket.key, f"A = {shapes.in_words(finding.scene.a)}", f"B = {shapes.in_words(finding.scene.b)}"]
+    lines = [bucket.key, *(f"{label} = {words}" for label, words in _proxies(finding.scene)[:2])]
     lines.append(finding.verdict.claim or _untold(finding))
     if finding.verdict.kind is Kind.TIMED_OUT:
         lines.append("This script does not return: the engine has no time limit of its own.")
@@ -152,6 +154,8 @@ def _proven_on(finding: Finding) -> Scene:
 def interval(scene: Scene, lower: Bound, upper: Bound) -> str:
     """Proven interval of the signed distance, or of a ray's time, in full precision."""
     symbol, name = ("t", "time of the hit") if isinstance(scene.a, Ray) else ("σ", "signed distance")
+    if scene.motion is not None:
+        symbol, name = "δ", "least change of the velocities that could fulfil the law"
     if any(isinstance(bound, float) and math.isnan(bound) for bound in (lower, upper)):
         return "none"
     if lower == upper:
@@ -163,7 +167,20 @@ def interval(scene: Scene, lower: Bound, upper: Bound) -> str:
 
 
 def _proxies(scene: Scene) -> tuple[tuple[str, str], ...]:
-    return ("A", shapes.in_words(scene.a)), ("B", shapes.in_words(scene.b))
+    found = ("A", shapes.in_words(scene.a)), ("B", shapes.in_words(scene.b))
+    return found if scene.motion is None else (*found, *motion_in_words(scene.motion))
+
+
+def motion_in_words(motion: Motion) -> Iterator[tuple[str, str]]:
+    """How the two move and where they meet, in full precision."""
+    for name, body in (("A", motion.a), ("B", motion.b)):
+        moves = f"v = {text.full(body.velocity)}, ω = {text.full(body.angular_velocity)}"
+        if body.inverse_mass > 0:
+            mass, inertia = text.full(body.inverse_mass), text.full(body.inertia)
+            moves = f"1/m = {mass}, centre {text.full(body.position)}, {moves}, inertia {inertia}"
+        yield f"{name} moves", moves if body.inverse_mass > 0 else f"immovable, {moves}"
+    contact = f"at {text.full(motion.point)}, normal {text.full(motion.normal)}"
+    yield "contact", f"{contact}, e = {text.full(motion.restitution)}, μ = {text.full(motion.friction)}"
 
 
 def _answers(finding: Finding) -> Table:
@@ -188,7 +205,9 @@ def _proof(finding: Finding, number: int) -> Proof | None:
     certificate = finding.verdict.certificate
     if certificate is None:
         return None
-    return proof_view(certificate, interval(_proven_on(finding), certificate.lower, certificate.upper), number)
+    verdict = finding.verdict
+    about = verdict if isinstance(certificate, ImpactCertificate) else certificate
+    return proof_view(certificate, interval(_proven_on(finding), about.lower, about.upper), number)
 
 
 def index(views: list[BucketView], run: Run) -> Table:

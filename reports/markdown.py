@@ -76,7 +76,8 @@ def _lines(report: Content) -> Iterator[str]:
     for group in report.groups:
         yield from _group(group)
     yield from ("## Regimes and coverage", "", *table_lines(report.regimes), "")
-    yield from folded("Counts per engine, query, pair and regime", table_lines(report.coverage))
+    for coverage in report.coverage:
+        yield from folded(coverage.caption, table_lines(coverage))
     yield from ("## Support", "")
     yield from table_lines(report.support) if report.support.rows else ("Every cell is native in every engine.",)
     yield from ("", "## Time", "", *table_lines(report.timing), "")

@@ -6,6 +6,7 @@ import json
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from refimpl.proof import (
     Certificate,
@@ -23,7 +24,9 @@ from refimpl.proof import (
     to_json,
 )
 from refimpl.proof.claims import Place, Simple, Tree
+from refimpl.proof.impacts import ImpactCertificate, Residuals
 from refimpl.proof.vectors import Vector
+from refimpl.proof.wire import impact_to_json
 from reports import text
 
 MOST_CLAIMS = 12
@@ -58,11 +61,14 @@ class Proof:
     whole: bool
 
 
-def proof_view(certificate: Certificate, interval: str, number: int) -> Proof:
+def proof_view(certificate: Certificate | ImpactCertificate, interval: str, number: int) -> Proof:
     """Put a certificate into words; `number` is that of its bucket in `run.json`."""
-    said = [claim_in_words(claim) for claim in certificate.claims[:MOST_CLAIMS]]
-    if more := len(certificate.claims) - len(said):
-        said.append(f"And {text.plural(more, 'more claim')} of such kinds.")
+    if isinstance(certificate, ImpactCertificate):
+        said = residuals_in_words(certificate.residuals)
+    else:
+        said = [claim_in_words(claim) for claim in certificate.claims[:MOST_CLAIMS]]
+        if more := len(certificate.claims) - len(said):
+            said.append(f"And {text.plural(more, 'more claim')} of such kinds.")
     data = certificate_text(certificate)
     if len(data) <= LONGEST_DATA and number <= MOST_DATA:
         return Proof(interval, tuple(said), data, whole=True)
@@ -70,9 +76,36 @@ def proof_view(certificate: Certificate, interval: str, number: int) -> Proof:
     return Proof(interval, tuple(said), told, whole=False)
 
 
-def certificate_text(certificate: Certificate) -> str:
+def certificate_text(certificate: Certificate | ImpactCertificate) -> str:
     """The certificate as JSON."""
-    return json.dumps(text.plain(to_json(certificate), limit=1_000_000), ensure_ascii=False)
+    return json.dumps(text.plain(certificate_json(certificate), limit=1_000_000), ensure_ascii=False)
+
+
+def certificate_json(certificate: Certificate | ImpactCertificate) -> dict[str, Any]:
+    """The certificate as plain data."""
+    return impact_to_json(certificate) if isinstance(certificate, ImpactCertificate) else to_json(certificate)
+
+
+RESIDUALS = (
+    ("linear_a", "A's momentum: what is left of Δv + P/m, P being the impulse on B of which the velocities speak"),
+    ("linear_b", "B's momentum: what is left of Δv − P/m"),
+    ("angular_a", "A's angular momentum: what is left of I Δω − r × (−P), r from the centre of mass to the contact"),
+    ("angular_b", "B's angular momentum: what is left of I Δω − r × P"),
+    ("restitution", "restitution: n·u after plus e times n·u before, u being B's velocity against A's at the contact"),
+    ("pressure", "push: n·P, which must not be negative"),
+    ("cone", "friction: μ² (n·P)² − |n × P|², which must not be negative"),
+    ("energy", "energy gained, which must not be positive"),
+)
+
+
+def residuals_in_words(residuals: Residuals) -> list[str]:
+    """Say what is left over of each law of an impact."""
+    said = []
+    for name, law in RESIDUALS:
+        value = getattr(residuals, name)
+        rounded = [float(x) for x in value] if isinstance(value, tuple) else float(value)
+        said.append(_sentence(f"{law}: about {text.full(rounded)}."))
+    return said
 
 
 def claim_in_words(claim: Claim) -> str:

@@ -12,7 +12,8 @@ The format, `proxyproof-run-1`, is one JSON object:
   worst, lower, upper, claim, count, proven, regimes, known, scene, proof_scene, answer, reference, text, certificate,
   repro``; ``repro`` is the script's path within the folder, a scene is ``query, a, b, regime, source, id`` with each
   proxy's ``type`` and ``numbers`` as its `pack` gives them: in the constructor's order, after the sizes where a type
-  has no fixed one; and ``certificate`` is what `refimpl.proof.to_json` gives
+  has no fixed one; of impacts also ``motion``, by name; and ``certificate`` is what `refimpl.proof.to_json` gives, or
+  `refimpl.proof.wire.impact_to_json`
 
 Numbers are doubles that read back to the bit. JSON has none that are not finite: those are the strings "NaN",
 "Infinity" and "-Infinity". What is missing is null.
@@ -25,9 +26,9 @@ from typing import Any
 
 from oracles.outcome import Bucket, Run
 from oracles.scene import Scene
-from refimpl.proof import to_json
 from reports import text
 from reports.findings import repro_file
+from reports.proofs import certificate_json
 
 FORMAT = "proxyproof-run-1"
 
@@ -77,7 +78,7 @@ def _bucket(number: int, bucket: Bucket) -> dict[str, Any]:
     own = {
         "scene": _scene(finding.scene),
         "proof_scene": _scene(verdict.proof_scene) if verdict.proof_scene is not None else None,
-        "certificate": to_json(verdict.certificate) if verdict.certificate is not None else None,
+        "certificate": certificate_json(verdict.certificate) if verdict.certificate is not None else None,
     }
     said = {
         "key": bucket.key,

@@ -9,8 +9,9 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from oracles.impact_regimes import IMPACT_REGIMES
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
-from oracles.scene import QUERIES, cells
+from oracles.scene import IMPACT, QUERIES, cells
 from reports import text
 
 CellKey = tuple[str, str, str]
@@ -193,17 +194,35 @@ def regime_table(run: Run) -> Table:
     return Table("Regimes: the recipes for scenes", columns, tuple(rows))
 
 
-def coverage(run: Run) -> Table:
-    """Answers compared per pair, query, engine and regime, with the findings among them."""
+def coverage(run: Run) -> tuple[Table, ...]:
+    """Answers compared per pair, query, engine and regime, with the findings among them; of impacts in a table apart.
+
+    Impacts have regimes of their own.
+    """
+    asked = supported(run)
+    at_rest = [cell for cell in asked if cell[1] != IMPACT]
+    tables = [_coverage("", run, at_rest)]
+    if len(at_rest) < len(asked):
+        tables.append(_coverage("Impacts: ", run, [cell for cell in asked if cell[1] == IMPACT]))
+    return tuple(tables)
+
+
+def regimes_for(query: str, names: Iterable[str]) -> list[str]:
+    """Of these regimes the ones that have scenes for a query."""
+    return [name for name in names if (name in IMPACT_REGIMES) == (query == IMPACT)]
+
+
+def _coverage(which: str, run: Run, cells: list[CellKey]) -> Table:
     counts, whole = grouped(run, *FIELDS), grouped(run, *FIELDS[:3])
+    names = regimes_for(cells[0][1] if cells else "", regimes(run))
     rows = []
-    for cell in supported(run):
+    for cell in cells:
         row = [Entry(" · ".join(map(text.visible, cell))), _coverage_entry(whole.get(cell, Counter()))]
-        row += [_coverage_entry(counts.get((*cell, regime), Counter())) for regime in regimes(run)]
+        row += [_coverage_entry(counts.get((*cell, regime), Counter())) for regime in names]
         rows.append(tuple(row))
-    columns = [Column(text.visible(regime), True) for regime in regimes(run)]
+    columns = [Column(text.visible(regime), True) for regime in names]
     return Table(
-        "Answers compared per engine, query, pair and regime; ✗ counts the findings among them",
+        f"{which}Answers compared per engine, query, pair and regime; ✗ counts the findings among them",
         (Column("engine · query · pair"), Column("all", True), *columns),
         tuple(rows),
     )

@@ -15,10 +15,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from oracles.impact_judge import broken_by
 from oracles.outcome import COMPARED, Kind
 from oracles.scene import Scene
 from refimpl.proof import check, from_json
+from refimpl.proof.claims import Bound
+from refimpl.proof.wire import impact_from_json
 from reports.summary import FORMAT
+from reports.tables import regimes_for
 
 SUPPORTED = ("native", "emulated")
 
@@ -75,9 +79,10 @@ def _coverage(data: dict[str, Any]) -> Iterator[str]:
         yield "no engine supports any cell"
     for cell in cells:
         key = cell["engine"], cell["query"], cell["pair"]
-        silent = [regime for regime in data["regimes"] if compared[*key, regime] <= 0]
+        regimes = regimes_for(cell["query"], data["regimes"])
+        silent = [regime for regime in regimes if compared[*key, regime] <= 0]
         if silent:
-            where = "any regime" if len(silent) == len(data["regimes"]) else f"regime {', '.join(silent)}"
+            where = "any regime" if len(silent) == len(regimes) else f"regime {', '.join(silent)}"
             yield f"nothing compared: {' · '.join(key)} in {where}"
 
 
@@ -131,8 +136,7 @@ def _interval(bucket: dict[str, Any]) -> Iterator[str]:
         yield f"the proven interval is empty: {lower!r} > {upper!r}"
     elif bucket["certificate"] is not None:
         try:
-            scene = Scene.from_json(bucket["proof_scene"] or bucket["scene"])
-            low, high = check(from_json(bucket["certificate"]), scene.a, scene.b)
+            low, high = _proven(bucket, Scene.from_json(bucket["proof_scene"] or bucket["scene"]))
         except ValueError as error:
             yield f"the certificate is refused: {error}"
             return
@@ -140,6 +144,14 @@ def _interval(bucket: dict[str, Any]) -> Iterator[str]:
             yield f"the certificate proves only {float(low)!r} to {float(high)!r}"
     if bucket["certificate"] is None and bucket["kind"] == Kind.WRONG and math.isfinite(float(bucket["amount"])):
         yield "no certificate proves it wrong"
+
+
+def _proven(bucket: dict[str, Any], scene: Scene) -> tuple[Bound, Bound]:
+    """What the certificate proves: an interval of the signed distance, or how far velocities are from a law."""
+    if scene.motion is None:
+        return check(from_json(bucket["certificate"]), scene.a, scene.b)
+    amount = broken_by(impact_from_json(bucket["certificate"]), scene, bucket["symptom"])
+    return amount, amount
 
 
 def _script(folder: Path, name: str) -> Iterator[str]:

@@ -8,11 +8,15 @@ from html.parser import HTMLParser
 
 import numpy as np
 
+from oracles.impact_judge import certificate_of
+from oracles.impact_laws import ANGULAR
 from oracles.outcome import Bucket, Finding, Kind, Run, Severity, SupportNote, Verdict
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Scene, cells
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, Scene, cells
 from refimpl import Box, Capsule, Composite, ConvexPolyhedron, HalfSpace, Point, Polyhedron, Ray, Sphere
 from refimpl.proof import Certificate, certify, check
 from refimpl.proof.certify import round_down, round_up
+from reports.tables import regimes_for
+from tests.sample_impact import FLAT, answered
 
 REGIMES = {
     "generic": "random sizes and poses: the bulk of all scenes, where the least is found",
@@ -29,6 +33,8 @@ REGIMES = {
     "size_ratio": "sizes that differ by up to 1e9",
     "far_away": "coordinates of 1e6 with sizes of 1e-3",
     "models": "meshes of robots, tools and toys: many faces, no two alike",
+    "head_on": "along the normal through the middle, without spin or friction",
+    "slow": "below thresholds from which on engines let bodies bounce",
 }
 
 SCRIPT = '''"""Ask the engine alone."""
@@ -55,7 +61,7 @@ WEDGE = Polyhedron(
 
 
 def sample_run() -> Run:
-    """Two engines, every cell of the pair table, fourteen regimes, nine buckets."""
+    """Two engines, every cell of the pair table, sixteen regimes, ten buckets."""
     run = Run(
         seed=20240229,
         budget=60.0,
@@ -91,7 +97,9 @@ def _support(run: Run) -> None:
     for cell in cells():
         for engine in run.engines:
             note = SupportNote("native", "")
-            if engine == "fcl" and cell.query == RAYCAST:
+            if cell.query == IMPACT and (engine == "fcl" or cell.pair != "HalfSpace–Box"):
+                note = SupportNote("unsupported", "no impacts")
+            elif engine == "fcl" and cell.query == RAYCAST:
                 note = SupportNote("unsupported", "FCL casts no rays")
             elif engine == "fcl" and cell.query == DISTANCE and "HalfSpace" in cell.pair:
                 note = SupportNote("unsupported", "distance of a Halfspace ends the process")
@@ -108,9 +116,9 @@ def _counts(run: Run) -> None:
     for (engine, query, pair), note in run.support.items():
         if note.kind == "unsupported":
             continue
-        for regime in run.regimes:
+        for regime in regimes_for(query, run.regimes):
             run.counts[engine, query, pair, regime, Kind.AGREES] += int(rng.integers(40, 900))
-            if engine == "bullet" and "Box" in pair and query != RAYCAST:
+            if engine == "bullet" and "Box" in pair and query not in (RAYCAST, IMPACT):
                 run.counts[engine, query, pair, regime, Kind.CONVENTION] += int(rng.integers(1, 90))
     for bucket in run.buckets:
         for regime, n in bucket.regimes.items():
@@ -171,6 +179,7 @@ def _buckets() -> list[Bucket]:
     model = Scene(DISTANCE, STONE, Composite([WEDGE, ROD.translated([4.0, 0.0, 0.0])]), "models", "bulk 1/2/3 of a.stl")
     said = {"distance": 0.21235, "on_a": [1.0, 0.0, 2.0], "on_b": [1.2, 0.0, 2.0]}
     true = {"distance": 0.2, "on_a": np.array([1.0, 0.0, 2.0]), "on_b": np.array([1.2000000000000002, 0.0, 2.0])}
+    tipped = {"velocity_b": [0.5, 0.0, 0.25], "angular_b": [0.0, 0.5, 0.0]}
     known = "FCL's tolerance of 1e-6 is relative to the coordinates, and cannot be set through python-fcl."
     return [
         bucket(
@@ -244,6 +253,23 @@ def _buckets() -> list[Bucket]:
         ),
         bucket(
             "bullet",
+            FLAT,
+            Verdict(
+                Kind.WRONG,
+                ANGULAR,
+                Severity.LARGE,
+                LEAST,
+                LEAST,
+                math.nextafter(LEAST, 1),
+                f"bullet tips the box: {ANGULAR}",
+                certificate_of(FLAT, answered(FLAT, **tipped)),
+            ),
+            {"head_on": 5},
+            answer={"velocity_a": [0.0] * 3, "angular_a": [0.0] * 3, **tipped},
+            reference={"velocity_b": [0.5, 0.0, 1.0], "angular_b": [0.0, 0.0, 0.0]},
+        ),
+        bucket(
+            "bullet",
             model,
             wrong(model, "distance too large", Severity.SMALL, 1e-6),
             {"models": 2},
@@ -251,6 +277,10 @@ def _buckets() -> list[Bucket]:
             reference={"distance": 1.0002676679224458},
         ),
     ]
+
+
+LEAST = 0.3
+"""Least change of the velocities of the tipped box that keeps its angular momentum: 3/2 · 1/2 over 3/2 / 3/2 + 3/2."""
 
 
 class Page(HTMLParser):

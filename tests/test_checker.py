@@ -67,7 +67,19 @@ def at_origin(*points: tuple[float, ...]) -> tuple[Any, ...]:
 # ---- the file ----------------------------------------------------------------------------------------------
 
 
-TRUSTED = ("checker", "claims", "bounds", "gaps", "unions", "reading", "sets", "rational", "vectors")
+TRUSTED = (
+    "checker",
+    "claims",
+    "bounds",
+    "gaps",
+    "unions",
+    "reading",
+    "sets",
+    "rational",
+    "vectors",
+    "impacts",
+    "impact_law",
+)
 
 
 def test_the_trusted_files_need_only_the_standard_library_and_stay_small() -> None:

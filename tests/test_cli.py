@@ -74,7 +74,7 @@ def test_run_leaves_a_complete_report(asked: Any, out: Path, capsys: pytest.Capt
     assert (asked["engines"], asked["budget"], asked["seed"], asked["pairs"]) == (["fcl", "bullet"], 5.0, 7, None)
     printed = capsys.readouterr()
     assert "fcl is wrong in" in printed.out
-    assert re.search(r"^bullet +\d(.*\n){4}  raycast +\d", printed.out, re.MULTILINE)
+    assert re.search(r"^bullet +\d(.*\n){5}  raycast +\d", printed.out, re.MULTILINE)
     for bucket in asked["run"].buckets:
         assert bucket.key in printed.out
     assert str(out / "index.html") in printed.out

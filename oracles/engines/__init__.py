@@ -18,9 +18,10 @@ SHIPPED: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "fcl": ("oracles.engines.fcl_engine:FclEngine", "fcl"),
         "bullet": ("oracles.engines.bullet_engine:BulletEngine", "pybullet"),
+        "pybullet-defaults": ("oracles.engines.bullet_defaults:BulletDefaults", "pybullet"),
     }
 )
-"""Name to (adapter, the module that the engine's package installs); the extra has the engine's name."""
+"""Name to (adapter, the module that the engine's package installs)."""
 
 
 def available_engines() -> dict[str, str | None]:
@@ -54,8 +55,12 @@ def load_engine(spec: str) -> Engine:
     return engine
 
 
-PACKAGES: Mapping[str, str] = MappingProxyType({"fcl": "python-fcl", "bullet": "pybullet"})
+PACKAGES: Mapping[str, str] = MappingProxyType(
+    {"fcl": "python-fcl", "bullet": "pybullet", "pybullet-defaults": "pybullet"}
+)
 """Name to the package that the index knows."""
+EXTRAS: Mapping[str, str] = MappingProxyType({"fcl": "fcl", "bullet": "bullet", "pybullet-defaults": "bullet"})
+"""Name to the extra of this project that installs it."""
 
 
 def require_sound(engine: Engine) -> None:
@@ -95,7 +100,7 @@ def _missing(name: str) -> str | None:
     module = SHIPPED[name][1]
     if importlib.util.find_spec(module) is not None:
         return None
-    package = f"pip install {PACKAGES[name]} (the extra {name!r})"
+    package = f"pip install {PACKAGES[name]} (the extra {EXTRAS[name]!r})"
     return f"the engine {name!r} needs the module {module}, which is not installed: {package}"
 
 

@@ -23,6 +23,7 @@ import numpy as np
 
 from oracles.engine import (
     NATIVE,
+    VELOCITIES,
     Array,
     Convention,
     Effective,
@@ -35,11 +36,12 @@ from oracles.engine import (
     emulated,
     unsupported,
 )
+from oracles.engines import bullet_impacts as impacts
 from oracles.engines import geometry
 from oracles.engines.bullet_scripts import script
 from oracles.engines.bullet_shapes import MARGIN, NO_ELLIPSOID, on_grid, place
 from oracles.engines.bullet_world import World, import_bullet
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
 from refimpl.shapes import (
     AABB,
     KDOP,
@@ -66,6 +68,7 @@ SAYS = {
     CONTACTS: frozenset({"hit", "distance", "on_a", "on_b", "normal"}),
     BOOLEAN: frozenset({"hit"}),
     RAYCAST: frozenset({"hit", "t", "normal", "point"}),
+    IMPACT: frozenset(VELOCITIES),
 }
 
 EXACT = Tolerance.uniform(1e-12, 1e-12, "Bullet's thresholds in double precision: GJK and EPA stop at 1e-12")
@@ -87,12 +90,13 @@ EMULATED = {
 
 
 class BulletEngine(Engine):
-    """Bullet: closest points, contacts after collision detection, overlap, ray tests."""
+    """Bullet: closest points, contacts after collision detection, overlap, ray tests, impacts."""
 
     name: ClassVar[str] = "bullet"
 
     def __init__(self) -> None:
         self._world: World | None = None
+        self._impacts: impacts.ImpactWorld | None = None
 
     def versions(self) -> dict[str, str]:
         """Version of the binding, whose wheel contains the library."""
@@ -112,6 +116,10 @@ class BulletEngine(Engine):
         notes = [text.format(THINNEST[query]) for kind, text in EMULATED.items() if kind in (A, B)]
         return emulated("; ".join(notes)) if notes else NATIVE
 
+    def _impact_support(self, A: Kind, B: Kind) -> Support:
+        del A, B
+        return NATIVE
+
     def says(self, query: str, A: Kind, B: Kind) -> frozenset[str]:
         """Name the columns of an answer."""
         del A, B
@@ -119,6 +127,8 @@ class BulletEngine(Engine):
 
     def tolerance(self, query: str, A: Kind, B: Kind) -> Tolerance:
         """Give rounding, except for rays on convex shapes, contacts of boxes, and composites."""
+        if query == IMPACT:
+            return impacts.TOLERANCE
         if Composite in (A, B):
             return PARTS
         if query == RAYCAST:
@@ -146,8 +156,11 @@ class BulletEngine(Engine):
         return {}
 
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
-        """Answer one scene in 15 µs (closest points, overlap), 120 µs (rays) or 220 µs (contacts)."""
+        """Answer one scene in 15 µs (closest points, overlap), 120 µs (rays), 220 µs (contacts) or 1 ms (impacts)."""
         self.require(query, A, B)
+        if query == IMPACT:
+            self._impacts = self._impacts or impacts.ImpactWorld(impacts.EXACTLY)
+            return self._impacts.solver(A, B)
         self._world = self._world or World()
         world, thinnest = self._world, THINNEST[query]
         if query == RAYCAST:
@@ -158,6 +171,8 @@ class BulletEngine(Engine):
     def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
         """Write the script of one scene; needs pybullet only."""
         self.require(query, A, B)
+        if query == IMPACT:
+            return impacts.script(A, row_a, B, row_b, impacts.EXACTLY)
         thinnest, names = THINNEST[query], (A.__name__, B.__name__)
         b = place(B, row_b, thinnest)
         if query == RAYCAST:

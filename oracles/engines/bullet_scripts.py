@@ -30,7 +30,7 @@ def script(query: str, names: tuple[str, str], ray: Row, a: list[Placed], b: lis
     return SCRIPT.format(query=query, A=names[0], B=names[1], body=body)
 
 
-def _shape(placed: Placed) -> str:
+def shape_text(placed: Placed) -> str:
     """Python text that makes the collision shape."""
     if placed.geometry == HULL:
         points = geometry.vertices(placed.key).tolist()
@@ -53,7 +53,7 @@ def _side(name: str, placed: list[Placed]) -> str:
     text = f"{name} = []  # shape, position, orientation, and the part of its radius that is taken off again\n"
     for part in placed:
         stands = f"{part.position!r}, {part.orientation!r}, {part.extra!r}"
-        text += f"shape = {_shape(part)}\n{name}.append((shape, {stands}))\n"
+        text += f"shape = {shape_text(part)}\n{name}.append((shape, {stands}))\n"
     return text
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from refimpl.impacts.evaluating import (
     batch_shape,
     evaluate,
 )
-from refimpl.impacts.numbers import Numbers, apply, cross, dot, scaled, stack
+from refimpl.impacts.numbers import Numbers, apply, cross, dot, stack
 from refimpl.impacts.reading import Array, at_least_zero, real, refuse
 from refimpl.mass import mass_properties
 from refimpl.proxy import Proxy, UnsupportedOperation
@@ -62,6 +62,12 @@ class RigidBody:
     inverse_mass: Array
     inertia: Array | None = None
 
+    if TYPE_CHECKING:  # anything array-like is read
+
+        def __init__(
+            self, position: Any, velocity: Any, angular_velocity: Any, inverse_mass: Any, inertia: Any = None
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         found: dict[str, Array] = {
             name: real(f"RigidBody.{name}", getattr(self, name), 3)
@@ -77,9 +83,11 @@ class RigidBody:
         _ = self.batch_shape
 
     @classmethod
-    def immovable(cls, position: Any = (0, 0, 0), velocity: Any = (0, 0, 0), angular_velocity: Any = (0, 0, 0)) -> Any:
+    def immovable(
+        cls, position: Any = (0, 0, 0), velocity: Any = (0, 0, 0), angular_velocity: Any = (0, 0, 0)
+    ) -> RigidBody:
         """Give a body of inverse mass 0, which moves as it is told."""
-        return cls(position, velocity, angular_velocity, 0)  # type: ignore[arg-type]  # anything array-like is read
+        return cls(position, velocity, angular_velocity, 0)
 
     @classmethod
     def of(
@@ -259,13 +267,13 @@ def _velocity_at(position: Numbers, velocity: Numbers, spin: Numbers, point: Num
 
 
 def _momentum(velocity: Numbers, w: Numbers) -> tuple[Numbers]:
-    return (scaled(1 / w, velocity),)
+    return (1 / w * velocity,)
 
 
 def _angular_momentum(
     position: Numbers, velocity: Numbers, spin: Numbers, w: Numbers, inertia: Numbers, about: Numbers
 ) -> tuple[Numbers]:
-    return (apply(inertia, spin) + scaled(1 / w, cross(position - about, velocity)),)
+    return (apply(inertia, spin) + 1 / w * cross(position - about, velocity),)
 
 
 def _kinetic_energy(velocity: Numbers, spin: Numbers, w: Numbers, inertia: Numbers) -> tuple[Numbers]:
@@ -274,16 +282,12 @@ def _kinetic_energy(velocity: Numbers, spin: Numbers, w: Numbers, inertia: Numbe
 
 def _turned(moments: Numbers, q: Numbers) -> tuple[Numbers]:
     """R = 1 + 2 (w [q] + [q][q]) / |q|² by columns; then Σ moment · column columnᵀ."""
-    vector, w = q[:, :3], q[:, 3]
+    vector, w = q[:3], q[3]
     double = 2 / (dot(vector, vector) + w * w)
-    tensor = 0
+    tensor: Numbers = 0
     for axis in range(3):
-        unit = stack([moments[:, axis] * 0 + int(i == axis) for i in range(3)])
+        unit = stack([moments[axis] * 0 + int(i == axis) for i in range(3)])
         once = cross(vector, unit)
-        column = unit + scaled(double, scaled(w, once) + cross(vector, once))
-        tensor = scaled(moments[:, axis], column)[:, :, None] * column[:, None, :] + tensor
-    return ((tensor + _transposed(tensor)) / 2,)
-
-
-def _transposed(m: Numbers) -> Numbers:
-    return stack([m[:, :, i] for i in range(3)], axis=1)
+        column = unit + double * (w * once + cross(vector, once))
+        tensor = stack([moments[axis] * column[i] * column for i in range(3)]) + tensor
+    return ((tensor + stack([tensor[:, i] for i in range(3)])) / 2,)

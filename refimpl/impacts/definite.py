@@ -21,32 +21,33 @@ PIVOT_BITS = 40
 
 @dataclass(frozen=True)
 class Factors:
-    """Matrices M = L D Lᵀ (n, 3, 3): the elements of L below its diagonal of ones, and the pivots D."""
+    """Matrices M = L D Lᵀ (3, 3, n): the elements of L below its diagonal of ones, and 1 over the pivots D."""
 
     below: tuple[Numbers, Numbers, Numbers]
-    pivots: tuple[Numbers, Numbers, Numbers]
+    over_pivots: tuple[Numbers, Numbers, Numbers]
 
     def solve(self, v: Numbers) -> Numbers:
-        """Solve M x = v for vectors (n, 3)."""
+        """Solve M x = v for vectors (3, n), or for all columns of (3, k, n)."""
         l10, l20, l21 = self.below
-        d0, d1, d2 = self.pivots
-        y0 = v[:, 0]
-        y1 = v[:, 1] - l10 * y0
-        y2 = v[:, 2] - (l20 * y0 + l21 * y1)
-        x2 = y2 / d2
-        x1 = y1 / d1 - l21 * x2
-        x0 = y0 / d0 - (l10 * x1 + l20 * x2)
+        r0, r1, r2 = self.over_pivots
+        y0 = v[0]
+        y1 = v[1] - l10 * y0
+        y2 = v[2] - (l20 * y0 + l21 * y1)
+        x2 = y2 * r2
+        x1 = y1 * r1 - l21 * x2
+        x0 = y0 * r0 - (l10 * x1 + l20 * x2)
         return stack([x0, x1, x2])
 
 
 def factors(m: Numbers) -> Factors:
-    """Factors of symmetric positive definite matrices (n, 3, 3)."""
-    d0 = m[:, 0, 0]
-    l10, l20 = m[:, 1, 0] / d0, m[:, 2, 0] / d0
-    d1 = known(m[:, 1, 1] - l10 * m[:, 1, 0], m[:, 1, 1], PIVOT_BITS)
-    l21 = (m[:, 2, 1] - l20 * m[:, 1, 0]) / d1
-    d2 = known(m[:, 2, 2] - (l20 * m[:, 2, 0] + l21 * (l21 * d1)), m[:, 2, 2], PIVOT_BITS)
-    return Factors((l10, l20, l21), (d0, d1, d2))
+    """Factors of symmetric positive definite matrices (3, 3, n)."""
+    over_0 = 1 / m[0, 0]
+    l10, l20 = m[1, 0] * over_0, m[2, 0] * over_0
+    over_1 = 1 / known(m[1, 1] - l10 * m[1, 0], m[1, 1], PIVOT_BITS)
+    rest = m[2, 1] - l20 * m[1, 0]
+    l21 = rest * over_1
+    over_2 = 1 / known(m[2, 2] - (l20 * m[2, 0] + l21 * rest), m[2, 2], PIVOT_BITS)
+    return Factors((l10, l20, l21), (over_0, over_1, over_2))
 
 
 def is_definite(matrices: Array) -> Bools:
@@ -58,7 +59,7 @@ def is_definite(matrices: Array) -> Bools:
     if is_exact(rows):
         found = np.array([_is_definite(m) for m in rows], dtype=bool)
     else:
-        found, sure = _by_doubles(rows)
+        found, sure = _by_doubles(np.moveaxis(rows, 0, -1))
         for i in np.flatnonzero(~sure):
             found[i] = _is_definite(fractions(rows[i]))
     return found.reshape(matrices.shape[:-2])
@@ -68,8 +69,8 @@ def is_definite(matrices: Array) -> Bools:
 def _by_doubles(m: Array) -> tuple[Bools, Bools]:
     """Whether the pivots are positive, and whether that is sure: none is close to what rounding could have left."""
     f = factors(m)
-    diagonal = np.stack([m[:, i, i] for i in range(3)])
-    share = np.stack(f.pivots) / diagonal
+    diagonal = np.stack([m[i, i] for i in range(3)])
+    share = 1 / (np.stack(f.over_pivots) * diagonal)
     found = (diagonal > 0).all(axis=0) & (share > 0).all(axis=0)
     in_range = ((diagonal > 1e-200) & (diagonal < 1e200)).all(axis=0)
     return found, found & in_range & (share > 1e-6).all(axis=0)

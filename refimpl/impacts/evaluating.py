@@ -1,8 +1,9 @@
 """The door of the formulas: batches, exact scaling, twice the precision, and fractions where that is not enough.
 
-A formula takes and gives `Numbers` (`refimpl.impacts.numbers`) with one batch axis. Doubles are scaled by powers of
-two, row by row, so that no square overflows or vanishes; the laws of impacts do not depend on the units of length, time
-and mass. Rows whose result is not a number, or whose numbers lie too far apart, are computed again in fractions.
+A formula takes and gives `Numbers` (`refimpl.impacts.numbers`), whose one batch axis is the last. Doubles are scaled by
+powers of two, row by row, so that no square overflows or vanishes; the laws of impacts do not depend on the units of
+length, time and mass. Rows whose result is not a number, or whose numbers lie too far apart, are computed again in
+fractions.
 """
 
 from __future__ import annotations
@@ -112,7 +113,7 @@ def evaluate(formula: Formula, given: Mapping[str, Given], units: Sequence[Unit 
     batch = batch_shape({name: g.batch for name, g in given.items()})
     rows = {name: g.rows(batch) for name, g in given.items()}
     if any(is_exact(g.numbers) for g in given.values()):
-        results: tuple[Array, ...] = formula(**{name: fractions(column) for name, column in rows.items()})
+        results = [_rows(column) for column in _in_fractions(formula, rows)]
     else:
         count = int(np.prod(batch, dtype=int))
         ends = [*range(0, max(count, 1), CHUNK), count]
@@ -120,7 +121,7 @@ def evaluate(formula: Formula, given: Mapping[str, Given], units: Sequence[Unit 
             _in_doubles(formula, {name: column[i:j] for name, column in rows.items()}, given, units)
             for i, j in pairwise(ends)
         ]
-        results = tuple(np.concatenate(column) for column in zip(*parts, strict=True))
+        results = [np.concatenate(column) for column in zip(*parts, strict=True)]
     return tuple(column.reshape(batch + column.shape[1:])[()] for column in results)
 
 
@@ -128,73 +129,84 @@ def evaluate(formula: Formula, given: Mapping[str, Given], units: Sequence[Unit 
 def _in_doubles(
     formula: Formula, rows: dict[str, Array], given: Mapping[str, Given], units: Sequence[Unit | None]
 ) -> list[Array]:
-    base = _scale(rows, given)
-    far = np.zeros(len(base.speed), dtype=bool)
+    columns = {name: _columns(column) for name, column in rows.items()}
+    widths = {
+        name: np.abs(column).max(axis=tuple(range(column.ndim - 1)), initial=0.0) for name, column in columns.items()
+    }
+    base = _scale(widths, given)
+    far = np.zeros(base.speed.shape, dtype=bool)
     scaled = {}
-    for name, column in rows.items():
-        own = given[name].unit
-        exponent = _exponent(column) if own.own else own.exponent(base)
-        scaled[name] = Twofold(_shifted(column, -exponent))
-        far |= _is_far(scaled[name].high, own)
+    for name, width in widths.items():
+        unit = given[name].unit
+        exponent = -(_exponent(width) if unit.own else unit.exponent(base))
+        scaled[name] = Twofold(_shifted(columns[name], exponent))
+        far |= _is_far(_shifted(width, exponent), unit)
     found = formula(**scaled)
-    columns: list[Array] = []
-    for value, unit in zip(found, units, strict=True):
-        if unit is None:
-            columns.append(np.array(value))
+    results: list[Array] = []
+    for value, kind in zip(found, units, strict=True):
+        if kind is None:
+            results.append(np.array(value))
         else:
-            far |= ~_every(np.isfinite(value.high))
-            columns.append(_shifted(value.high, unit.exponent(base)) + 0.0)
+            far |= ~np.isfinite(value.high).all(axis=tuple(range(value.high.ndim - 1)))
+            results.append(_rows(_shifted(value.high, kind.exponent(base)) + 0.0))
     if far.any():
-        exact = formula(**{name: fractions(column[far]) for name, column in rows.items()})
-        for column, value in zip(columns, exact, strict=True):
-            column[far] = value if column.dtype == bool else _rounded(value)
-    return columns
+        exact = _in_fractions(formula, {name: column[far] for name, column in rows.items()})
+        for result, value in zip(results, exact, strict=True):
+            result[far] = value if result.dtype == bool else _rounded(_rows(value))
+    return results
 
 
-def _scale(rows: dict[str, Array], given: Mapping[str, Given]) -> Scale:
+def _in_fractions(formula: Formula, rows: dict[str, Array]) -> tuple[Numbers, ...]:
+    return formula(**{name: _columns(fractions(column)) for name, column in rows.items()})
+
+
+def _columns(rows: Array) -> Array:
+    """Bring the batch axis to the end."""
+    return np.ascontiguousarray(np.moveaxis(rows, 0, -1))
+
+
+def _rows(columns: Array) -> Array:
+    """Bring the batch axis to the front."""
+    return np.ascontiguousarray(np.moveaxis(columns, -1, 0))
+
+
+def _scale(widths: dict[str, Array], given: Mapping[str, Given]) -> Scale:
     """Units that bring the largest of each kind in a row to about 1.
 
     A body of inverse mass w and inertia I is about √(w·I) large, and what turns by ω moves at ω times the length.
     """
-    count = len(next(iter(rows.values())))
 
-    def largest(*kinds: tuple[Unit, Callable[[Array], Array]]) -> Array:
-        found = np.full(count, NOTHING)
-        for name, column in rows.items():
-            for unit, exponent in kinds:
+    def largest(*kinds: tuple[Unit, Array | int]) -> Array:
+        """Over all quantities of these kinds; each adds something to the exponents."""
+        found = np.full(np.shape(next(iter(widths.values()))), NOTHING)
+        for name, width in widths.items():
+            for unit, more in kinds:
                 if given[name].unit == unit:
-                    moved = np.where(_every(column == 0), NOTHING, exponent(_exponent(column)))
-                    found = np.maximum(found, moved)
+                    exponent = _exponent(width) + more
+                    exponent = exponent // 2 if unit == INERTIA else exponent
+                    found = np.maximum(found, np.where(width == 0, NOTHING, exponent))
         return np.where(found == NOTHING, 0, found)
 
-    inverse_mass = largest((INVERSE_MASS, lambda e: e))
-    length = largest((LENGTH, lambda e: e), (INERTIA, lambda e: (e + inverse_mass) // 2))
-    return Scale(largest((SPEED, lambda e: e), (TURNING, lambda e: e + length)), length, inverse_mass)
+    inverse_mass = largest((INVERSE_MASS, 0))
+    length = largest((LENGTH, 0), (INERTIA, inverse_mass))
+    return Scale(largest((SPEED, 0), (TURNING, length)), length, inverse_mass)
 
 
-def _every(truth: Array) -> Array:
-    """Whether it holds for all numbers of a row."""
-    return np.asarray(truth.reshape(len(truth), -1).all(axis=1))
-
-
-def _exponent(column: Array) -> Array:
-    """Power of two next above the largest number of each row; 0 where all are 0."""
-    wide = np.abs(column.reshape(len(column), -1)).max(axis=1)
-    return np.asarray(np.frexp(wide)[1], dtype=np.int64)
+def _exponent(width: Array) -> Array:
+    """Power of two next above each number; 0 of 0."""
+    return np.asarray(np.frexp(width)[1], dtype=np.int64)
 
 
 def _shifted(column: Array, exponent: Array) -> Array:
-    """Rows times a power of two, exactly unless a double cannot hold it."""
-    power = np.clip(exponent, -5000, 5000).astype(np.int32)
-    return np.asarray(np.ldexp(column, power.reshape(power.shape + (1,) * (column.ndim - 1))))
+    """Give numbers times a power of two for each row, exactly unless a double cannot hold it."""
+    return np.asarray(np.ldexp(column, np.clip(exponent, -5000, 5000).astype(np.int32)))
 
 
-def _is_far(scaled: Array, unit: Unit) -> Array:
+def _is_far(width: Array, unit: Unit) -> Array:
     """Where scaled numbers are so large, or, where it matters, so small that products would lose digits."""
-    wide = np.abs(scaled.reshape(len(scaled), -1)).max(axis=1)
-    far = wide > 2.0**FAR
+    far = width > 2.0**FAR
     if unit in (LENGTH, INVERSE_MASS, INERTIA):
-        far = far | ((wide > 0) & (wide < 2.0**-FAR))
+        far = far | ((width > 0) & (width < 2.0**-FAR))
     return np.asarray(far)
 
 

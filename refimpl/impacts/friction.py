@@ -18,23 +18,23 @@ def share_in_cone(
 
     Parameters
     ----------
-    u : (n, 3)
+    u : (3, n)
         Relative velocity v_b − v_a before the impact. Bodies that do not approach do not press on each other.
-    n : (n, 3)
+    n : (3, n)
         Normal from A to B, the axis of the cone, of any length.
-    impulse : (n, 3)
+    impulse : (3, n)
         On B without friction: along n.
-    toward : (n, 3)
+    toward : (3, n)
         What is added to the impulse, if the cone allows.
-    mu : (n,)
-    fixed : (n,) bool
+    mu : (n)
+    fixed : (n) bool
         Whether both bodies are immovable: there is no impulse.
 
     Returns
     -------
-    sticks : (n,) bool
+    sticks : (n) bool
         Whether there is friction, and impulse + toward lies in the cone.
-    kappa : (n,)
+    kappa : (n)
         The largest κ from 0 to 1 with impulse + κ · toward in the cone; 0 without friction. In fractions rounded
         down, so that it is inside exactly.
     """

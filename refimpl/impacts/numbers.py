@@ -1,8 +1,8 @@
 """What the formulas of impacts compute with: `Twofold` arrays, or object arrays of fractions.
 
 A formula is written once. On doubles it runs as `Twofold` and is rounded at its end; on `fractions.Fraction` it is
-exact. Arrays have the batch as their first axis; vectors (n, 3) and matrices (n, 3, 3) have further ones. Every sum
-over coordinates is written out, in one order for every batch size.
+exact. Arrays have the batch as their last axis: numbers (n), vectors (3, n), matrices (3, 3, n), so that a number times
+a vector is what it looks like. Every sum over coordinates is written out, in one order for every batch size.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from refimpl.impacts.reading import fractions
 from refimpl.impacts.twofold import Twofold
 from refimpl.linear import Bools
 
@@ -25,17 +25,12 @@ ROOT_BITS = 100
 
 
 def choose(condition: Bools, yes: Numbers, no: Numbers) -> Numbers:
-    """Take `yes` in the rows where the condition holds, and `no` in all others."""
-    kinds = [x for x in (yes, no) if isinstance(x, Twofold)]
-    if kinds:
+    """Take `yes` in the rows where the condition (n) holds, and `no` in all others."""
+    if isinstance(yes, Twofold) or isinstance(no, Twofold):
         yes, no = (x if isinstance(x, Twofold) else Twofold(x) for x in (yes, no))
-        rows = _like(condition, np.broadcast_shapes(yes.shape, no.shape))
-        return Twofold(np.where(rows, yes.high, no.high), np.where(rows, yes.low, no.low))
-    return np.where(_like(condition, np.broadcast_shapes(np.shape(yes), np.shape(no))), yes, no)
-
-
-def _like(condition: Bools, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    return np.reshape(condition, condition.shape + (1,) * (len(shape) - condition.ndim))
+        return Twofold(np.where(condition, yes.high, no.high), np.where(condition, yes.lows, no.lows))
+    yes, no = (x if np.asarray(x).dtype == object else fractions(x) for x in (yes, no))  # 1 / int would be a double
+    return np.where(condition, yes, no)
 
 
 def quotient(x: Numbers, y: Numbers) -> Numbers:
@@ -68,7 +63,7 @@ def known(difference: Numbers, terms: Numbers, bits: int) -> Numbers:
     if not isinstance(difference, Twofold):
         return difference
     lost = np.abs(difference.high) < 2.0**-bits * np.abs(terms.high)
-    return Twofold(np.where(lost, np.nan, difference.high), np.where(lost, np.nan, difference.low))
+    return Twofold(np.where(lost, np.nan, difference.high), np.where(lost, np.nan, difference.lows))
 
 
 def size(x: Numbers) -> Numbers:
@@ -76,23 +71,26 @@ def size(x: Numbers) -> Numbers:
     return choose(np.asarray(x < 0, dtype=bool), -x, x)
 
 
-def stack(parts: list[Numbers], axis: int = -1) -> Numbers:
-    """Put numbers or vectors side by side."""
+def stack(parts: list[Numbers]) -> Numbers:
+    """Put numbers together to vectors, or vectors to the rows of matrices."""
     if isinstance(parts[0], Twofold):
-        return Twofold(np.stack([p.high for p in parts], axis), np.stack([p.low for p in parts], axis))
-    return np.stack(parts, axis)
+        return Twofold(np.stack([p.high for p in parts]), np.stack([p.lows for p in parts]))
+    return np.stack(parts)
+
+
+IDENTITY = np.eye(3, dtype=int)[:, :, None]
 
 
 def dot(u: Numbers, v: Numbers) -> Numbers:
     """Scalar product."""
     terms = u * v
-    return (terms[:, 0] + terms[:, 1]) + terms[:, 2]
+    return (terms[0] + terms[1]) + terms[2]
 
 
 def spread(u: Numbers, v: Numbers) -> Numbers:
     """Sum of the absolute values of a scalar product's terms: what it may have cancelled from."""
     terms = size(u * v)
-    return (terms[:, 0] + terms[:, 1]) + terms[:, 2]
+    return (terms[0] + terms[1]) + terms[2]
 
 
 NEXT, LAST = [1, 2, 0], [2, 0, 1]
@@ -100,15 +98,10 @@ NEXT, LAST = [1, 2, 0], [2, 0, 1]
 
 def cross(u: Numbers, v: Numbers) -> Numbers:
     """Vector product."""
-    return u[:, NEXT] * v[:, LAST] - u[:, LAST] * v[:, NEXT]
-
-
-def scaled(factor: Numbers, v: Numbers) -> Numbers:
-    """Each vector times its own factor."""
-    return factor[:, None] * v
+    return u[NEXT] * v[LAST] - u[LAST] * v[NEXT]
 
 
 def apply(matrix: Numbers, v: Numbers) -> Numbers:
     """Matrix times vector."""
-    terms = matrix * v[:, None, :]
-    return (terms[:, :, 0] + terms[:, :, 1]) + terms[:, :, 2]
+    terms = matrix * v
+    return (terms[:, 0] + terms[:, 1]) + terms[:, 2]

@@ -14,7 +14,7 @@ import numpy as np
 from refimpl.impacts.bodies import RigidBody, moving
 from refimpl.impacts.definite import factors
 from refimpl.impacts.evaluating import ANGULAR_IMPULSE, IMPULSE, SPEED, TURNING, evaluate
-from refimpl.impacts.numbers import Numbers, apply, choose, cross, dot, quotient, scaled
+from refimpl.impacts.numbers import IDENTITY, Numbers, apply, choose, cross, dot, quotient, stack
 from refimpl.impacts.reading import Array
 
 
@@ -60,25 +60,20 @@ def _join(**bodies: Numbers) -> tuple[Numbers, ...]:
     a_fixed, b_fixed = np.asarray(a.w == 0, dtype=bool), np.asarray(b.w == 0, dtype=bool)
     d, u = b.position - a.position, b.velocity - a.velocity
     reduced = quotient(1, a.w + b.w)
-    inertia = (a.inertia + b.inertia) + reduced[:, None, None] * (_square(d) - d[:, :, None] * d[:, None, :])
-    momentum = (apply(a.inertia, a.spin) + apply(b.inertia, b.spin)) + scaled(reduced, cross(d, u))
-    free = factors(choose(a_fixed | b_fixed, np.eye(3, dtype=int), inertia)).solve(momentum)
+    inertia = (a.inertia + b.inertia) + reduced * (dot(d, d) * IDENTITY - stack([d[i] * d for i in range(3)]))
+    momentum = (apply(a.inertia, a.spin) + apply(b.inertia, b.spin)) + reduced * cross(d, u)
+    free = factors(choose(a_fixed | b_fixed, IDENTITY, inertia)).solve(momentum)
     spin = choose(a_fixed, a.spin, choose(b_fixed, b.spin, free))
     rising = cross(spin, d)  # what B's centre moves faster than A's
-    impulse = scaled(reduced, rising - u)
+    impulse = reduced * (rising - u)
     of_a = -apply(a.inertia, spin - a.spin) - cross(d, impulse)
     of_b = apply(b.inertia, spin - b.spin)
     both = a_fixed & b_fixed
     return (
-        a.velocity - scaled(a.w, impulse),
+        a.velocity - a.w * impulse,
         choose(both, a.spin, spin),
-        b.velocity + scaled(b.w, impulse),
+        b.velocity + b.w * impulse,
         choose(both, b.spin, spin),
         impulse,
         choose(both, 0, choose(b_fixed, of_a, of_b)),
     )
-
-
-def _square(d: Numbers) -> Numbers:
-    """|d|² on the diagonal."""
-    return dot(d, d)[:, None, None] * np.eye(3, dtype=int)

@@ -16,7 +16,7 @@ from refimpl.fields import ShapeError
 from refimpl.impacts import line
 from refimpl.impacts.evaluating import DIRECTION, IMPULSE, INVERSE_MASS, PURE, SPEED, Given, evaluate
 from refimpl.impacts.friction import share_in_cone
-from refimpl.impacts.numbers import Numbers, dot, quotient, scaled
+from refimpl.impacts.numbers import Numbers, dot, quotient
 from refimpl.impacts.reading import Array, at_least_zero, direction, real, share
 
 
@@ -134,7 +134,7 @@ def _particles(velocity_a: Any, velocity_b: Any, inverse_mass_a: Any, inverse_ma
 
 
 def _split(v: Numbers, n: Numbers) -> tuple[Numbers, Numbers]:
-    along = scaled(dot(v, n) / dot(n, n), n)
+    along = dot(v, n) / dot(n, n) * n
     return along, v - along
 
 
@@ -143,15 +143,15 @@ def _impact(
 ) -> tuple[Numbers, Numbers, Numbers]:
     """The line's impulse along n, and across it what friction adds."""
     nn = dot(n, n)
-    impulse = scaled(line.impact(dot(va, n) / nn, dot(vb, n) / nn, wa, wb, e)[2], n)
+    impulse = line.impact(dot(va, n) / nn, dot(vb, n) / nn, wa, wb, e)[2] * n
     u = vb - va
-    stop = scaled(quotient(-1, wa + wb), _split(u, n)[1])
+    stop = quotient(-1, wa + wb) * _split(u, n)[1]
     if np.any(mu > 0):
         damping = damping + share_in_cone(u, n, impulse, stop, mu, np.asarray(wa + wb == 0, dtype=bool))[1]
-    impulse = impulse + scaled(damping, stop)
-    return va - scaled(wa, impulse), vb + scaled(wb, impulse), impulse
+    impulse = impulse + damping * stop
+    return va - wa * impulse, vb + wb * impulse, impulse
 
 
 def _merge(va: Numbers, vb: Numbers, wa: Numbers, wb: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    impulse = scaled(quotient(-1, wa + wb), vb - va)
-    return va - scaled(wa, impulse), vb + scaled(wb, impulse), impulse
+    impulse = quotient(-1, wa + wb) * (vb - va)
+    return va - wa * impulse, vb + wb * impulse, impulse

@@ -1,8 +1,8 @@
 """Impacts of rigid bodies at a point: impulses through the effective mass.
 
 An impulse P at a point that lies r from the centre of mass changes the velocity there by K P, with
-K = w (1 − [r] G⁻¹ [r]), where w is the inverse mass, G = w · inertia, and [r] v = r × v. What matters is the sum K of
-both bodies, for u = v_b − v_a at the point changes by K P when B receives P and A receives −P.
+K = w 1 − [r] I⁻¹ [r], where w is the inverse mass, I the inertia tensor, and [r] v = r × v. What matters is the sum K
+of both bodies, for u = v_b − v_a at the point changes by K P when B receives P and A receives −P.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ import numpy as np
 
 from refimpl.impacts.bodies import Moving, RigidBody, moving
 from refimpl.impacts.definite import Factors, factors
-from refimpl.impacts.evaluating import DIRECTION, IMPULSE, LENGTH, PURE, SPEED, TURNING, Given, evaluate
+from refimpl.impacts.evaluating import DIRECTION, IMPULSE, LENGTH, PURE, SPEED, TURNING, Given, Unit, evaluate
 from refimpl.impacts.friction import SIGN_BITS, share_in_cone
-from refimpl.impacts.numbers import Numbers, choose, cross, dot, known, quotient, scaled, spread, stack
+from refimpl.impacts.numbers import IDENTITY, Numbers, choose, cross, dot, known, quotient, spread, stack
 from refimpl.impacts.reading import Array, at_least_zero, direction, real, share
 from refimpl.linear import Bools
 
@@ -91,41 +91,41 @@ def impact_of_bodies(
 
 
 def approach(a: RigidBody, b: RigidBody, point: Any, normal: Any) -> Array:
-    """Speed n·(v_b − v_a) at a point, times the length of n (...): negative where the bodies approach, exactly."""
+    """n·(v_b − v_a) at a point (...), with n of any length: negative, exactly, where the bodies approach."""
     given = {
         **a.motion("_a"),
         **b.motion("_b"),
         "point": Given(real("point", point, 3), LENGTH, 1),
-        "n": Given(direction("normal", normal), DIRECTION, 1),
+        "n": Given(direction("normal", normal), LENGTH, 1),
     }
-    return evaluate(_approach, given, (SPEED,))[0]
+    return evaluate(_approach, given, (Unit(speed=1, length=1),))[0]
 
 
 class Touched(NamedTuple):
-    """A body seen from a point of it: its inverse mass w, the arm r to the point, and w · inertia in factors."""
+    """A body seen from a point: its inverse mass w, the lever arm r to the point, and its inertia in factors."""
 
     w: Numbers
-    arm: Numbers
-    gyration: Factors
+    lever: Numbers
+    inertia: Factors
 
     def turn(self, impulse: Numbers) -> Numbers:
-        """Change of its angular velocity by an impulse at the point: w G⁻¹ (r × P)."""
-        return scaled(self.w, self.gyration.solve(cross(self.arm, impulse)))
+        """Change of its angular velocity by an impulse at the point: I⁻¹ (r × P)."""
+        return self.inertia.solve(cross(self.lever, impulse))
 
     def give(self) -> Numbers:
-        """Matrix K (n, 3, 3): change of the velocity at the point by an impulse there."""
-        columns = []
-        for axis in range(3):
-            unit = stack([self.w * 0 + int(i == axis) for i in range(3)])
-            columns.append(scaled(self.w, unit) + cross(self.turn(unit), self.arm))
-        return stack(columns)
+        """Matrix K (3, 3, n): change of the velocity at the point by an impulse there, w P + I⁻¹ (r × P) × r."""
+        x, y, z = (self.lever[i] for i in range(3))
+        none = 0 * x
+        arms = stack([stack([none, -z, y]), stack([z, none, -x]), stack([-y, x, none])])
+        turns = self.inertia.solve(arms)
+        columns = stack([cross(turns[:, i], self.lever) for i in range(3)])  # and rows: it is symmetric
+        return self.w * IDENTITY + columns
 
 
-def touched(body: Moving, point: Numbers) -> Touched:
-    """See a body from a point; immovable ones turn no more than they move."""
+def touched(body: Moving, arm: Numbers) -> Touched:
+    """See a body from a point; an impulse on an immovable one has no lever to turn it."""
     fixed = np.asarray(body.w == 0, dtype=bool)
-    gyration = choose(fixed, np.eye(3, dtype=int), body.w[:, None, None] * body.inertia)
-    return Touched(body.w, point - body.position, factors(gyration))
+    return Touched(body.w, choose(fixed, 0, arm), factors(choose(fixed, IDENTITY, body.inertia)))
 
 
 def _approach(
@@ -143,24 +143,28 @@ def _approach(
 
 
 def _impact(point: Numbers, n: Numbers, e: Numbers, mu: Numbers, **bodies: Numbers) -> tuple[Numbers, ...]:
-    before_a, before_b = moving(bodies, "_a"), moving(bodies, "_b")
-    a, b = touched(before_a, point), touched(before_b, point)
-    u = (before_b.velocity + cross(before_b.spin, b.arm)) - (before_a.velocity + cross(before_a.spin, a.arm))
-    turn_a, turn_b = dot(cross(a.arm, n), a.turn(n)), dot(cross(b.arm, n), b.turn(n))
-    stop = scaled(-quotient(dot(n, u), (a.w + b.w) * dot(n, n) + (turn_a + turn_b)), n)
-    impulse = scaled(1 + e, stop)
-    sticks = np.zeros(len(u), dtype=bool)
-    if np.any(mu > 0):
-        fixed = np.asarray(a.w + b.w == 0, dtype=bool)
-        k = choose(fixed, np.eye(3, dtype=int), a.give() + b.give())
-        toward = factors(k).solve(-u) - stop
-        sticks, kappa = share_in_cone(u, n, impulse, toward, mu, fixed)
-        impulse = impulse + choose(np.asarray(mu > 0, dtype=bool), scaled(kappa, toward), 0)
+    of_a, of_b = moving(bodies, "_a"), moving(bodies, "_b")
+    arm_a, arm_b = point - of_a.position, point - of_b.position
+    a, b = touched(of_a, arm_a), touched(of_b, arm_b)
+    u = (of_b.velocity + cross(of_b.spin, arm_b)) - (of_a.velocity + cross(of_a.spin, arm_a))
+    turn_a, turn_b = a.turn(n), b.turn(n)
+    turning = dot(cross(a.lever, n), turn_a) + dot(cross(b.lever, n), turn_b)
+    stop = -quotient(dot(n, u), (a.w + b.w) * dot(n, n) + turning)
+    size = (1 + e) * stop
+    impulse, turn_a, turn_b = size * n, size * turn_a, size * turn_b
+    sticks = np.zeros(u.shape[-1], dtype=bool)
+    rubs = np.asarray((mu > 0) & (a.w + b.w > 0), dtype=bool)
+    if rubs.any():
+        k = choose(rubs, a.give() + b.give(), IDENTITY)
+        toward = factors(k).solve(-u) - stop * n
+        sticks, kappa = share_in_cone(u, n, impulse, toward, mu, ~rubs)
+        more = choose(rubs, kappa * toward, 0)
+        impulse, turn_a, turn_b = impulse + more, turn_a + a.turn(more), turn_b + b.turn(more)
     return (
-        before_a.velocity - scaled(a.w, impulse),
-        before_a.spin - a.turn(impulse),
-        before_b.velocity + scaled(b.w, impulse),
-        before_b.spin + b.turn(impulse),
+        of_a.velocity - a.w * impulse,
+        of_a.spin - turn_a,
+        of_b.velocity + b.w * impulse,
+        of_b.spin + turn_b,
         impulse,
         sticks,
     )

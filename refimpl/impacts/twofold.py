@@ -25,71 +25,90 @@ Pair: TypeAlias = tuple[Array, Array]
 
 def exact_sum(a: Array, b: Array) -> Pair:
     """Rounded a + b, and its error (Knuth)."""
-    total = a + b
-    of_b = total - a
-    return total, (a - (total - of_b)) + (b - of_b)
+    total = np.asarray(a + b)
+    of_b = np.asarray(total - a)
+    rest = np.asarray(total - of_b)
+    np.subtract(a, rest, out=rest)
+    np.subtract(b, of_b, out=of_b)
+    rest += of_b
+    return total, rest
 
 
 def renormalised(high: Array, low: Array) -> Pair:
     """Sum of two doubles of which the first is not the smaller, rounded, and its error (Dekker)."""
-    total = high + low
-    return total, low - (total - high)
+    total = np.asarray(high + low)
+    rest = np.asarray(total - high)
+    np.subtract(low, rest, out=rest)
+    return total, rest
 
 
 def exact_product(a: Array, b: Array) -> Pair:
     """Rounded a · b, and its error (Dekker, Veltkamp); needs factors below 2⁹⁹⁶."""
-    product = a * b
+    product = np.asarray(a * b)
     a_high, a_low = _halves(a)
     b_high, b_low = _halves(b)
-    return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    error = np.asarray(a_high * b_high)
+    error -= product
+    error += a_high * b_low
+    error += a_low * b_high
+    error += a_low * b_low
+    return product, error
 
 
 def _halves(a: Array) -> Pair:
-    wide = SPLITTER * a
-    high = wide - (wide - a)
-    return high, a - high
+    high = np.asarray(SPLITTER * a)
+    low = np.asarray(high - a)
+    high -= low
+    return high, np.subtract(a, high, out=low)
 
 
 class Twofold:
     """An array of numbers high + low, where high is the double nearest to the sum.
 
-    Behaves like an array as far as the formulas of impacts need it: operators that broadcast, comparisons, indices.
+    Behaves like an array as far as the formulas of impacts need it: operators that broadcast, comparisons, indices. The
+    error of a sum is small beside its terms; where they cancel, it need not be small beside the sum.
 
     Parameters
     ----------
-    high, low : (...) doubles
-        `low` is 0 when only `high` is given.
+    high : (...) doubles
+    low : (...) doubles
+        None where the numbers are doubles themselves, which spares half of the work.
     """
 
     __slots__ = ("high", "low")
     __array_ufunc__ = None  # an array on the left leaves the operation to this class
     __hash__ = None  # type: ignore[assignment]  # compares element by element, as arrays do
 
-    def __init__(self, high: Any, low: Any = None) -> None:
+    def __init__(self, high: Any, low: Array | None = None) -> None:
         self.high: Array = np.asarray(high, dtype=np.float64)
-        self.low: Array = np.zeros(self.high.shape) if low is None else low
+        self.low = low
+
+    @property
+    def lows(self) -> Array:
+        """Low parts, also where they are all 0."""
+        return np.zeros(self.high.shape) if self.low is None else self.low
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape of the array."""
         return self.high.shape
 
-    def __len__(self) -> int:
-        return len(self.high)
-
     def __getitem__(self, index: Any) -> Twofold:
         """Part of the array."""
-        return Twofold(self.high[index], np.asarray(self.low[index]))
+        return Twofold(self.high[index], None if self.low is None else np.asarray(self.low[index]))
 
     def __neg__(self) -> Twofold:
-        return Twofold(-self.high, -self.low)
+        return Twofold(-self.high, None if self.low is None else -self.low)
 
     def __add__(self, other: Any) -> Twofold:
         other = _twofold(other)
         high, error = exact_sum(self.high, other.high)
-        low, rest = exact_sum(self.low, other.low)
-        high, low = renormalised(high, error + low)
-        return Twofold(*renormalised(high, low + rest))
+        if self.low is None and other.low is None:
+            return Twofold(high, error)
+        for low in (self.low, other.low):
+            if low is not None:
+                error += low
+        return Twofold(*renormalised(high, error))
 
     __radd__ = __add__
 
@@ -102,15 +121,24 @@ class Twofold:
     def __mul__(self, other: Any) -> Twofold:
         other = _twofold(other)
         high, error = exact_product(self.high, other.high)
-        return Twofold(*renormalised(high, error + (self.high * other.low + self.low * other.high)))
+        if self.low is None and other.low is None:
+            return Twofold(high, error)
+        if self.low is None or other.low is None:
+            error += self.low * other.high if other.low is None else self.high * other.low
+        else:
+            error += self.high * other.low + self.low * other.high
+        return Twofold(*renormalised(high, error))
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Twofold:
         other = _twofold(other)
-        first = self.high / other.high
-        rest = self - other * first
-        return Twofold(*renormalised(first, rest.high / other.high))
+        first = np.asarray(self.high / other.high)
+        near = other * first
+        rest = self.high - near.high  # exact: the two are that close
+        if self.low is not None:
+            rest = rest + self.low
+        return Twofold(*renormalised(first, (rest - near.lows) / other.high))
 
     def __rtruediv__(self, other: Any) -> Twofold:
         return _twofold(other) / self
@@ -123,11 +151,11 @@ class Twofold:
 
     def __eq__(self, other: Any) -> Bools:  # type: ignore[override]  # element by element, as arrays do
         other = _twofold(other)
-        return np.asarray((self.high == other.high) & (self.low == other.low))
+        return np.asarray((self.high == other.high) & (self.lows == other.lows))
 
     def __lt__(self, other: Any) -> Bools:
         other = _twofold(other)
-        return np.asarray((self.high < other.high) | ((self.high == other.high) & (self.low < other.low)))
+        return np.asarray((self.high < other.high) | ((self.high == other.high) & (self.lows < other.lows)))
 
     def __gt__(self, other: Any) -> Bools:
         return _twofold(other) < self

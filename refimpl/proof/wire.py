@@ -30,6 +30,7 @@ from refimpl.proof.claims import (
     Tree,
     Weights,
 )
+from refimpl.proof.impacts import Impact, ImpactCertificate, MovingBody, Outcome, Residuals
 from refimpl.proof.rational import MAX_BITS, MAX_ITEMS, InvalidCertificate
 from refimpl.proof.vectors import Number, Vector
 
@@ -59,6 +60,18 @@ def from_json(data: Any) -> Certificate:
         raise InvalidCertificate("nested too deeply") from None
     lower, upper = fields.get("lower", "-inf"), fields.get("upper", "inf")
     return Certificate(claims, _bound(lower, "lower"), _bound(upper, "upper"))
+
+
+def impact_to_json(certificate: ImpactCertificate) -> dict[str, Any]:
+    """Turn a certificate of an impact into what ``json.dumps`` takes."""
+    encoded: dict[str, Any] = _encode(certificate)
+    return encoded
+
+
+def impact_from_json(data: Any) -> ImpactCertificate:
+    """Read what `impact_to_json` gave; raises InvalidCertificate for anything else."""
+    found: ImpactCertificate = _read(data, ("impact certificate",))
+    return found
 
 
 def _encode(value: Any) -> Any:
@@ -215,6 +228,15 @@ def _face_lists(data: Any, what: str) -> Any:
     return tuple(tuple((_index(i, what), _weights(weights, what)) for i, weights in side) for side in pairs)
 
 
+def _one(name: str) -> Callable[[Any, str], Any]:
+    """Reader of an object of one kind."""
+    return lambda data, _: _read(data, (name,))
+
+
+def _optional_columns(data: Any, what: str) -> tuple[Vector, Vector, Vector] | None:
+    return None if data is None else _columns(data, what)
+
+
 KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
     "separated": (Separated, {"n": _vector, "until": _optional_number, "faces": _face_lists}),
     "escape": (Escape, {"n": _vector, "faces": _face_lists}),
@@ -229,6 +251,39 @@ KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
     "part": (Part, {"of_a": _choice, "of_b": _choice, "claim": _simple}),
     "split": (Split, {"side": _index, "first": _numbers, "branches": _branches}),
     "piece": (Piece, {"vertices": _vectors, "tree": _tree, "radius": _number}),
+    "moving body": (
+        MovingBody,
+        {
+            "position": _vector,
+            "velocity": _vector,
+            "angular_velocity": _vector,
+            "inverse_mass": _number,
+            "inertia": _optional_columns,
+        },
+    ),
+    "impact": (
+        Impact,
+        {
+            "a": _one("moving body"),
+            "b": _one("moving body"),
+            "point": _vector,
+            "normal": _vector,
+            "restitution": _number,
+            "friction": _number,
+        },
+    ),
+    "outcome": (Outcome, dict.fromkeys(Outcome.__dataclass_fields__, _vector)),
+    "residuals": (
+        Residuals,
+        {
+            **dict.fromkeys(("linear_a", "linear_b", "angular_a", "angular_b"), _vector),
+            **dict.fromkeys(("restitution", "pressure", "cone", "energy"), _number),
+        },
+    ),
+    "impact certificate": (
+        ImpactCertificate,
+        {"impact": _one("impact"), "outcome": _one("outcome"), "residuals": _one("residuals")},
+    ),
 }
 SIMPLE = ("separated", "escape", "near", "common", "core", "inscribed")
 CLAIMS = (*SIMPLE, "cover", "part")

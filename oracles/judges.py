@@ -1,0 +1,46 @@
+"""The judges of one engine: for shapes at rest, and for impacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from oracles.audit import audit
+from oracles.engine import Answers, Engine
+from oracles.impact_judge import ImpactJudge, audit_impact
+from oracles.judge import Judge, Screening
+from oracles.motion import Motion
+from oracles.outcome import Verdict
+from oracles.scene import Cell, Scene
+from refimpl import Proxy
+
+
+@dataclass(frozen=True)
+class Judges:
+    """Gives each answer to the judge of its query."""
+
+    engine: Engine
+
+    @cached_property
+    def _at_rest(self) -> Judge:
+        return Judge(self.engine)
+
+    @cached_property
+    def _of_impacts(self) -> ImpactJudge:
+        return ImpactJudge(self.engine)
+
+    def screen(self, cell: Cell, a: Proxy, b: Proxy, motion: Motion | None, answers: Answers) -> Screening:
+        """Give every row of a batch its verdict by floats."""
+        if motion is not None:
+            return self._of_impacts.screen(cell, a, b, motion, answers)
+        return self._at_rest.screen(cell, a, b, answers)
+
+    def convict(self, scene: Scene, answers: Answers) -> Verdict:
+        """Verdict on the one answer in `answers`, with its proof."""
+        judge = self._at_rest if scene.motion is None else self._of_impacts
+        return judge.convict(scene, answers)
+
+
+def audit_of(scene: Scene) -> Verdict:
+    """Try the reference itself on one scene."""
+    return audit(scene.a, scene.b) if scene.motion is None else audit_impact(scene)
