@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles.draws import NumpyDraws
-from oracles.reference import UNIONS
 from oracles.regimes import REGIMES
 from oracles.scene import Scene
 from refimpl.linear import Array
-from refimpl.shapes import Proxy
+from refimpl.shapes import Composite, Polyhedron, Proxy
 
 PairKey = tuple[type[Proxy], type[Proxy]]
 
@@ -73,9 +72,11 @@ class Batch:
         return Scene(query, self.a[i], self.b[i], self.regimes[i], source)
 
 
-def _form(shape: Proxy, index: int) -> tuple[int, ...]:
-    """What proxies have in common that may be in one batch; unions stay as a regime made them, with what they share."""
-    return (-1, index) if isinstance(shape, UNIONS) else shape.sizes
+def _form(shape: Proxy, index: int) -> tuple[object, ...]:
+    """What proxies have in common that may be in one batch; meshes stay as a regime made them, for they share one."""
+    if isinstance(shape, Composite):
+        return tuple((type(part), _form(part, index)) for part in shape.parts)
+    return (-1, index) if isinstance(shape, Polyhedron) else shape.sizes
 
 
 def _joined(shapes: list[Proxy]) -> Proxy:

@@ -314,6 +314,7 @@ def test_the_way_out_of_unions_must_free_and_touch() -> None:
     way = audit(BETWEEN.a, BETWEEN.b)
     depth, normal = -way.lower, answers_of(BETWEEN).normal[0]
     nothing = {"on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
+    assert verdict(AnyDepth(relative=1e-9), BETWEEN, distance=-0.4, **nothing).kind is Verdicts.AGREES
     for wrong in ({"normal": [1.0, 0, 0]}, {"distance": -0.4, **nothing}):
         found = verdict(Exact(relative=1e-9), BETWEEN, **wrong)
         assert (found.kind, found.symptom) == (Verdicts.WRONG, claims.STUCK)
