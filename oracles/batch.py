@@ -11,11 +11,10 @@ from oracles.draws import NumpyDraws
 from oracles.impact_regimes import IMPACT_REGIMES
 from oracles.impact_stages import TARGETS
 from oracles.motion import Motion
-from oracles.reference import UNIONS
 from oracles.regimes import REGIMES
 from oracles.scene import IMPACT, RAYCAST, Scene, packed_rows
 from refimpl.linear import Array
-from refimpl.shapes import Proxy, Ray
+from refimpl.shapes import Composite, Polyhedron, Proxy, Ray
 
 PairKey = tuple[type[Proxy], type[Proxy]]
 
@@ -102,9 +101,11 @@ class Batch:
         return Scene(query, self.a[i], self.b[i], self.regimes[i], source, motion)
 
 
-def _form(shape: Proxy, index: int) -> tuple[int, ...]:
-    """What proxies have in common that may be in one batch; unions stay as a regime made them, with what they share."""
-    return (-1, index) if isinstance(shape, UNIONS) else shape.sizes
+def _form(shape: Proxy, index: int) -> tuple[object, ...]:
+    """What proxies have in common that may be in one batch; meshes stay as a regime made them, for they share one."""
+    if isinstance(shape, Composite):
+        return tuple((type(part), _form(part, index)) for part in shape.parts)
+    return (-1, index) if isinstance(shape, Polyhedron) else shape.sizes
 
 
 def _joined(shapes: list[Proxy]) -> Proxy:

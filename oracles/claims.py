@@ -245,10 +245,15 @@ class Questioned:
         yield self._claim(x, y, (low, zero), words, VALUE, made, margin, rounding=rounding, by_convention=waived)
 
     def _of_a_piece(self, made: Bools, margin: Array) -> Bools:
-        """Overlaps of unions that are not said to be deeper than the deepest pair of their pieces, or hardly."""
+        """Overlaps of unions whose depth may be meant for one pair of pieces.
+
+        It is hardly more than the deepest pair has, or the engine does not promise it to be the least of the pair.
+        """
         overlapping = made & (self.answers.distance < 0)
         if self.ways_out or not self.of_union or not overlapping.any():
             return np.zeros(len(made), dtype=bool)
+        if self.query == CONTACTS and self.waived & OTHER_DEPTHS:
+            return overlapping
         _, most = signed(self.a, self.b, overlapping)
         deepest = margin - np.minimum(most, 0.0)
         return np.asarray(overlapping & (-self.answers.distance <= PIECE * deepest))

@@ -17,7 +17,7 @@ import numpy as np
 
 from oracles.audit import OUTSIDE, REFUSED, allows, audit
 from oracles.claims import NEITHER, NOT_A_NUMBER, Claim, Questioned
-from oracles.engine import Answers, Bound, Convention, Engine, Status
+from oracles.engine import Answers, Bound, Convention, Effective, Engine, Status
 from oracles.outcome import Kind, Severity, Verdict
 from oracles.reference import UNIONS, error_of, proven
 from oracles.scene import Cell, Scene
@@ -89,6 +89,10 @@ class _Side:
     certain: Bools
     by_convention: bool
 
+    def take(self, rows: Any) -> _Side:
+        """Pick rows."""
+        return replace(self, excess=self.excess[rows], violated=self.violated[rows], certain=self.certain[rows])
+
 
 class Judge:
     """Judges the answers of one engine."""
@@ -134,7 +138,8 @@ class Judge:
         """
         part = nominal.take(wrong)
         effective = self._questioned(cell, part.a, part.b, part.answers, effective=True)
-        theirs = self._sides(cell, effective)
+        as_given = effective.a is part.a and effective.b is part.b
+        theirs = [side.take(wrong) for side in sides] if as_given else self._sides(cell, effective)
         excused = self._inside_excused(cell, part)
         for k, i in enumerate(wrong):
             ours = [s for s in sides if s.violated[i] and not s.by_convention]
@@ -166,9 +171,10 @@ class Judge:
     def _questioned(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, *, effective: bool) -> Questioned:
         margins = np.zeros(len(a)), np.zeros(len(a))
         if effective:
-            used = self.engine.effective(cell.query, cell.type_a, a.pack(), cell.type_b, b.pack())
-            a, b = (shape.kind.unpack(shape.rows) for shape in used)
+            rows = a.pack(), b.pack()
+            used = self.engine.effective(cell.query, cell.type_a, rows[0], cell.type_b, rows[1])
             margins = used[0].margin, used[1].margin
+            a, b = (_effective(shape, given, row) for shape, given, row in zip(used, (a, b), rows, strict=True))
         waived = frozenset(self._conventions(cell))
         return Questioned(cell.query, a, b, *margins, answers, answers.status == Status.ANSWERED, waived)
 
@@ -329,6 +335,12 @@ class Judge:
         claim = conviction(self.engine.name, said, word, (lower, upper), float(amount))
         severity = severity_of(word, float(amount), scene.size) if kind is Kind.WRONG else None
         return Verdict(kind, word, severity, float(amount), lower, upper, claim, certificate, proof_scene)
+
+
+def _effective(used: Effective, given: Proxy, rows: Array) -> Proxy:
+    """The shapes that an engine uses: the very ones given, with what is derived of them, where they are the same."""
+    same = used.kind is type(given) and used.rows is rows and not used.margin.any()
+    return given if same else used.kind.unpack(used.rows)
 
 
 def _exact(value: float) -> Exact:

@@ -23,7 +23,7 @@ from oracles.outcome import Severity
 from oracles.reference import SEARCH_ERROR, UNIONS, error_of, is_quick, proven, signed
 from oracles.regimes import REGIMES
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, Scene, cells
-from refimpl import Box, Composite, Ellipsoid, HalfSpace, Point, Proxy, Ray, Sphere
+from refimpl import Box, Capsule, Composite, Ellipsoid, HalfSpace, Point, Proxy, Ray, Sphere, distance
 from refimpl.linear import Array
 from refimpl.pairs import TABLE
 from refimpl.proof import check
@@ -284,6 +284,26 @@ def test_the_reference_is_asked_and_proven_once_for_each_pair(monkeypatch: pytes
         signed(a, b, ~wanted)
 
 
+def test_balls_are_asked_about_by_their_formula() -> None:
+    rng = np.random.default_rng(2)
+    for size in (1e-200, 1.0, 1e140):
+        p, c, r = size * rng.normal(size=(50, 3)), size * rng.normal(size=(50, 3)), size * rng.uniform(0, 2, 50)
+        wanted = rng.random(50) < 0.8
+        low, high = signed(Point(p), Capsule(c, c, r), wanted)
+        assert np.array_equal(low, high)
+        assert np.all(low[~wanted] == 0)
+        exact = distance(Point(p), Capsule(c, c, r)).distance
+        assert np.all(np.abs(low - exact)[wanted] <= 1e-15 * 10 * size)
+
+
+def test_shapes_that_an_engine_takes_as_they_are_stay_the_same() -> None:
+    scene = OVERLAPPING
+    answers = answers_of(scene)
+    for engine, same in ((Exact(), True), (Grown(), False)):
+        rows = Judge(engine)._questioned(scene.cell, scene.a[None], (b := scene.b[None]), answers, effective=True)
+        assert (rows.b is b) == same
+
+
 TWINS = Composite([Sphere([-1, 0, 0], 1), Sphere([1, 0, 0], 1)])
 BETWEEN = Scene(CONTACTS, Sphere([0, 0, 0], 0.25), TWINS, "generic")
 """A ball between two: each overlaps it by 0.25, and the way out, up or down, is longer."""
@@ -314,6 +334,7 @@ def test_the_way_out_of_unions_must_free_and_touch() -> None:
     way = audit(BETWEEN.a, BETWEEN.b)
     depth, normal = -way.lower, answers_of(BETWEEN).normal[0]
     nothing = {"on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
+    assert verdict(AnyDepth(relative=1e-9), BETWEEN, distance=-0.4, **nothing).kind is Verdicts.AGREES
     for wrong in ({"normal": [1.0, 0, 0]}, {"distance": -0.4, **nothing}):
         found = verdict(Exact(relative=1e-9), BETWEEN, **wrong)
         assert (found.kind, found.symptom) == (Verdicts.WRONG, claims.STUCK)
