@@ -68,7 +68,7 @@ def _gaps(tree: Any, sides: Sides, shift: Exact = ()) -> Iterator[Gap]:
 
 def escape(claim: Escape, sides: Sides) -> Bound:
     """Lower bound of σ of two convex sets that may overlap."""
-    require(all(side.alone() for side in sides), "an escape of unions")
+    require(not any(isinstance(side.alone(), Line) for side in sides), "an escape of a ray")
     gap = Gap(claim, sides, ([0], [0]))
     require(gap.compared() <= 0, "n: the supporting planes leave a gap")
     return gap.width
