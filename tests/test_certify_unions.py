@@ -234,6 +234,8 @@ REFUSED: dict[str, tuple[Any, Proxy, Proxy]] = {
     "an escape of a composite": (Escape(X), DUMBBELL, DUMBBELL),
     "a claim about solids, of a composite": (Near((-2, 0, 0), (3, 0, 0)), DUMBBELL, FAR),
     "a part of a part": (Part(0, 0, Part(0, 0, Near((-2, 0, 0), (3, 0, 0)))), DUMBBELL, FAR),  # type: ignore[arg-type]
+    "a split by an atom that is not there": (Cover(Split(0, (3,), (Separated(X), Separated(X)))), DUMBBELL, FAR),
+    "a split by atom -1": (Cover(Split(0, (-1,), (Separated(X), Separated(X)))), DUMBBELL, FAR),
     "a split by truth values": (Cover(Split(0, (True,), (Separated(X), Separated(X)))), DUMBBELL, FAR),
     "a split into three": (Cover(Split(0, (), (Separated(X),) * 3)), DUMBBELL, FAR),  # type: ignore[arg-type]
     "a leaf that parts one pair only": (

@@ -101,7 +101,7 @@ SCENES: dict[str, Scene] = {
     ),
     "ball with a box inside": lambda: (ball(), Box((0.1, 0.2, 0.3), (0.2, 0.3, 0.1), (1, 1, 2, 3))),
     "ball and half-space, overlapping": lambda: (HalfSpace((1, 2, 3), 0), ball()),
-    "ray onto a torus": lambda: (Ray((5, 4, 3), (-4.4, -3.4, -2.6)), torus()),
+    "ray onto a torus": lambda: (Ray((5, 4, 3), (-4.9, -4.7, -3.0)), torus()),
     "ray past a torus": lambda: (Ray((0.1, 0.2, 0.3), (1, 2.0, 1)), torus()),
     "hulls apart": lambda: (hull(0.1), hull(2.4)),
     "hulls that overlap": lambda: (hull(0.1), hull(1.1)),
