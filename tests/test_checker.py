@@ -437,6 +437,7 @@ REFUSED: dict[str, tuple[Any, Any, Any]] = {
     "free backwards": (Separated((-1, 0, 0), 1), RAY, CUBE),
     "free, shapes swapped": (Separated((1, 0, 0), 1), CUBE, RAY),
     "escape of a ray": (Escape((1, 0, 0)), RAY, CUBE),
+    "escape of a ray, backwards": (Escape((-1, 0, 0)), RAY, CUBE),
     "nearness of a ray": (Near((-4, 0, 0), (-1, 0, 0)), RAY, CUBE),
     "core of a ray": (Core((((-1, 0, 0), (-1, 0, 0)),)), RAY, CUBE),
     "point of a ray": (Common((0, 0, 0)), RAY, CUBE),
@@ -583,8 +584,11 @@ def test_too_much_is_refused() -> None:
     with pytest.raises(InvalidCertificate, match="items"):
         check(Certificate((Common((0, 0, 0)),) * many), BALL, BALL)
     size = 1 << rational.MAX_BITS - 1
-    pairs = tuple((tuple(Fraction(1, size + 3 * i + j) for j in range(3)), (0, 0, 0)) for i in range(4))
+    parts = [[Fraction(1, size + i)] for i in range(12)]
     with pytest.raises(InvalidCertificate, match="denominator"):
+        rational.whole(parts)
+    pairs = tuple((tuple(Fraction(1, size + 3 * i + j) for j in range(3)), (0, 0, 0)) for i in range(4))
+    with pytest.raises(InvalidCertificate, match="too much work"):
         one(Core(pairs, TETRAHEDRON), CUBE, CUBE)
 
 

@@ -15,7 +15,7 @@ import refimpl
 from oracles.outcome import COMPARED, Kind, Run, SupportNote, Verdict
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, cells
 from refimpl import Composite, ConvexPolyhedron
-from refimpl.proof import Certificate, checker, claims
+from refimpl.proof import Certificate, claims
 from reports import findings, html, markdown, matrix, proofs, shapes, summary, tables, text
 from reports.content import MOST_SCRIPTS
 from tests.sample_run import A_BOX, BALL, STONE, WEDGE, Page, sample_run
@@ -171,33 +171,33 @@ def test_headline_of_a_wrong_reference_says_nothing_else() -> None:
 
 VECTOR = (1.0, 0.0, Fraction(1, 3))
 WEIGHTS = ((7, 1.0), (2, Fraction(1, 3)))
-LEAF = checker.Separated(VECTOR)
-TREE = checker.Split(0, (0,), (LEAF, checker.Split(1, (1,), (LEAF, LEAF))))
-PIECE = checker.Piece((VECTOR,) * 4, TREE, 0.5)
-CLAIMS: list[tuple[checker.Claim, str]] = [
+LEAF = claims.Separated(VECTOR)
+TREE = claims.Split(0, (0,), (LEAF, claims.Split(1, (1,), (LEAF, LEAF))))
+PIECE = claims.Piece((VECTOR,) * 4, TREE, 0.5)
+CLAIMS: list[tuple[claims.Claim, str]] = [
     (LEAF, "Planes with normal (1.0, 0.0, 1/3)"),
-    (checker.Separated(VECTOR, None, (((0, 1.0),), ())), "Shares of a polytope's own planes"),
-    (checker.Separated(VECTOR, 2.0), "Up to t = 2.0"),
-    (checker.Escape(VECTOR), "Moving B along (1.0, 0.0, 1/3)"),
-    (checker.Near(VECTOR, VECTOR), "(1.0, 0.0, 1/3) lies in A"),
-    (checker.Near(WEIGHTS, ((3, 1.0),)), "A mean of vertices 2 and 7 lies in A and vertex 3 in B"),
-    (checker.Common(VECTOR), "(1.0, 0.0, 1/3) lies in both"),
-    (checker.Common(None, 1.5), "At t = 1.5 the ray is inside"),
-    (checker.Common(WEIGHTS, 1.5), "inside the solid, at a mean of vertices 2 and 7"),
-    (checker.Core(((VECTOR, VECTOR),)), "nearer than the radii reach"),
-    (checker.Core(((VECTOR, VECTOR),), ((0, 0, 0),)), "span 1 triangle around a ball"),
-    (checker.Core(((VECTOR, VECTOR),), ((0, 0, 0),), directions=True), "go on for ever"),
-    (checker.Inscribed(VECTOR, (VECTOR,) * 3, VECTOR, (VECTOR,) * 3, 0.25, (1, 1, 1)), "ball of radius 0.25"),
-    (checker.Cover(TREE), "Planes across 3 directions part all convex parts"),
-    (checker.Cover(TREE, shift=VECTOR), "Once B is moved by (1.0, 0.0, 1/3)"),
-    (checker.Cover(TREE, until=2.5), "Up to t = 2.5"),
-    (checker.Part(3, None, checker.Near(VECTOR, VECTOR)), "A's part 3 and B"),
-    (checker.Part((4, PIECE), 1, checker.Common(VECTOR)), "The hull of 4 points, widened by 0.5 in A's part 4"),
+    (claims.Separated(VECTOR, None, (((0, ((0, 1.0),)),), ())), "Shares of a polytope's own planes"),
+    (claims.Separated(VECTOR, 2.0), "Up to t = 2.0"),
+    (claims.Escape(VECTOR), "Moving B along (1.0, 0.0, 1/3)"),
+    (claims.Near(VECTOR, VECTOR), "(1.0, 0.0, 1/3) lies in A"),
+    (claims.Near(WEIGHTS, ((3, 1.0),)), "A mean of vertices 2 and 7 lies in A and vertex 3 in B"),
+    (claims.Common(VECTOR), "(1.0, 0.0, 1/3) lies in both"),
+    (claims.Common(None, 1.5), "At t = 1.5 the ray is inside"),
+    (claims.Common(WEIGHTS, 1.5), "inside the solid, at a mean of vertices 2 and 7"),
+    (claims.Core(((VECTOR, VECTOR),)), "nearer than the radii reach"),
+    (claims.Core(((VECTOR, VECTOR),), ((0, 0, 0),)), "span 1 triangle around a ball"),
+    (claims.Core(((VECTOR, VECTOR),), ((0, 0, 0),), directions=True), "go on for ever"),
+    (claims.Inscribed(VECTOR, (VECTOR,) * 3, VECTOR, (VECTOR,) * 3, 0.25, (1, 1, 1)), "ball of radius 0.25"),
+    (claims.Cover(TREE), "Planes across 3 directions part all convex parts"),
+    (claims.Cover(TREE, shift=VECTOR), "Once B is moved by (1.0, 0.0, 1/3)"),
+    (claims.Cover(TREE, until=2.5), "Up to t = 2.5"),
+    (claims.Part(3, None, claims.Near(VECTOR, VECTOR)), "A's part 3 and B"),
+    (claims.Part((4, PIECE), 1, claims.Common(VECTOR)), "The hull of 4 points, widened by 0.5 in A's part 4"),
 ]
 
 
 def test_every_claim_has_words() -> None:
-    simple, *others = get_args(checker.Claim), *get_args(claims.Simple)
+    simple, *others = get_args(claims.Claim), *get_args(claims.Simple)
     assert {type(claim) for claim, _ in CLAIMS} == {*simple, *others}
     said = [proofs.claim_in_words(claim) for claim, _ in CLAIMS]
     assert len(set(said)) == len(said)
@@ -208,12 +208,12 @@ def test_every_claim_has_words() -> None:
 
 
 def test_direction_of_long_numbers_is_told_rounded() -> None:
-    said = proofs.claim_in_words(checker.Escape((3 * 10**400, -4 * 10**400, Fraction(1, 10**400))))
+    said = proofs.claim_in_words(claims.Escape((3 * 10**400, -4 * 10**400, Fraction(1, 10**400))))
     assert "about (0.6, -0.8, 0)" in said
 
 
 def test_long_certificates_are_not_printed(run: Run) -> None:
-    many = Certificate((checker.Cover(checker.Split(0, (0,), (LEAF, LEAF))),) * 200, 0.0, 1.0)
+    many = Certificate((claims.Cover(claims.Split(0, (0,), (LEAF, LEAF))),) * 200, 0.0, 1.0)
     view = proofs.proof_view(many, "", 7)
     assert not view.whole
     assert len(view.claims) == proofs.MOST_CLAIMS + 1

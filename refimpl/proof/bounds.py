@@ -10,7 +10,7 @@ from typing import Any
 
 from refimpl.proof.claims import Bound, Claim, Common, Core, Cover, Escape, Inscribed, Near, Part, Separated
 from refimpl.proof.gaps import Sides, cover, escape, piece_of
-from refimpl.proof.rational import InvalidCertificate, index, items, rational, vector, whole
+from refimpl.proof.rational import InvalidCertificate, index, items, rational, require, spend, vector, whole
 from refimpl.proof.sets import Line, Planes, Solid, ball_in_ball
 from refimpl.proof.unions import Union
 from refimpl.proof.vectors import NONE, Exact, cross, dot, minus, root
@@ -27,24 +27,23 @@ def _polytope(points: Sequence[Exact], triangles: Any) -> Fraction:
     edges: Counter[tuple[int, int]] = Counter()
     least: Bound = math.inf
     for triangle in items(triangles, "triangles"):
+        spend(16)
         i, j, k = (index(i, "triangles", len(points)) for i in items(triangle, "triangles", 3))
         edges.update([(i, j), (j, k), (k, i)])
         (u, v, w), unit = whole([points[i], points[j], points[k]])
         normal = cross(minus(v, u), minus(w, u))
         offset = dot(normal, u)
-        if offset <= 0:
-            raise InvalidCertificate(f"triangles: {triangle!r} does not turn its inner side to 0")
+        require(offset > 0, "triangles: one does not turn its inner side to 0")
         least = min(least, Fraction(offset * offset, dot(normal, normal) * unit * unit))
-    if least == math.inf or any(edges[i, j] != edges[j, i] for i, j in list(edges)):
-        raise InvalidCertificate("triangles: the surface is not closed")
+    require(edges and all(edges[i, j] == edges[j, i] for i, j in list(edges)), "triangles: the surface is not closed")
     return Fraction(least)
 
 
 def _whole_space(claim: Core, a: Solid, b: Solid) -> Bound:
     ways = [[vector(x, "pairs") for x in items(pair, "pairs", 2)] for pair in items(claim.pairs, "pairs")]
     for shape, way in [(shape, way) for pair in ways for shape, way in zip((a, b), pair, strict=True)]:
-        if any(dot(n, way) > 0 for n, _ in shape.planes) if isinstance(shape, Planes) else any(way):
-            raise InvalidCertificate("pairs: not directions in which the shape is unbounded")
+        within = all(dot(n, way) <= 0 for n, _ in shape.planes) if isinstance(shape, Planes) else not any(way)
+        require(within, "pairs: not directions in which the shape is unbounded")
     _polytope([minus(u, v) for u, v in ways], claim.triangles)
     return -math.inf
 
@@ -62,8 +61,7 @@ def _core(claim: Core, a: Solid, b: Solid) -> Bound:
         bound = root(dot(points[0], points[0]))[1] + outside - a.radius - b.radius
     else:
         bound = outside - root(_polytope(points, claim.triangles))[0] - a.radius - b.radius
-    if bound > 0:
-        raise InvalidCertificate("pairs: they do not prove that the shapes meet")
+    require(bound <= 0, "pairs: they do not prove that the shapes meet")
     return bound
 
 
@@ -77,19 +75,16 @@ def _inscribed(claim: Inscribed, a: Solid, b: Solid) -> Bound:
     for shape, place, columns, share in zip((a, b), (claim.a, claim.b), (claim.p, claim.q), shares, strict=True):
         centre = shape.member(place)[0]
         matrix = [vector(column, "columns") for column in items(columns, "columns", 3)]
-        if not shape.holds(centre, matrix, share):
-            raise InvalidCertificate("columns: the ellipsoid is not proven to lie in its core")
+        require(shape.holds(centre, matrix, share), "columns: the ellipsoid is not proven to lie in its core")
         centres.append(centre)
         maps.append(matrix)
     across, radius = minus(*centres), rational(claim.radius, "radius")
     u, v, w = (minus(*columns) for columns in zip(*maps, strict=True))
     rows, volume = [cross(v, w), cross(w, u), cross(u, v)], dot(u, cross(v, w))  # of M⁻¹, times det M
-    if radius < 0 or volume == 0:
-        raise InvalidCertificate("radius: negative, or of a ball in a flat set")
+    require(radius >= 0 and volume, "radius: negative, or of a ball in a flat set")
     start = [-dot(row, across) / volume for row in rows]
     images = [[radius * row[axis] / volume for row in rows] for axis in range(3)]
-    if not ball_in_ball(start, images, last):
-        raise InvalidCertificate("radius: the ball is not proven to lie in the difference of the ellipsoids")
+    require(ball_in_ball(start, images, last), "radius: the ball is not proven to lie in the ellipsoids' difference")
     return -radius - a.radius - b.radius
 
 
@@ -106,8 +101,7 @@ def _hit(claim: Any, ray: Line, solid: Solid | Line) -> Bound:
     time = rational(claim.time, "time")
     place = ray.at(time)
     point, outside = solid.member(place if claim.p is None else claim.p, True)
-    if time < 0 or outside > 0 or any(minus(point, place)):
-        raise InvalidCertificate("time: the ray is not inside then")
+    require(time >= 0 and outside == 0 and not any(minus(point, place)), "time: the ray is not inside then")
     return time
 
 
@@ -136,8 +130,7 @@ def _chosen(side: Union, choice: Any) -> Solid | Line:
     if type(choice) is int:
         return side.atoms[index(choice, "of", len(side.atoms))]
     part, piece = items(choice, "of", 2)
-    if type(part) is not int or part not in side.meshes:
-        raise InvalidCertificate("of: not a mesh")
+    require(type(part) is int and part in side.meshes, "of: not a mesh")
     return piece_of(side.meshes[part], piece)
 
 

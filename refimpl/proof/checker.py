@@ -21,7 +21,7 @@ from typing import Any
 
 from refimpl.proof.bounds import bounds_of
 from refimpl.proof.claims import Bound, Certificate, Cover, Part
-from refimpl.proof.rational import effort, items, require
+from refimpl.proof.rational import effort, items, require, spend
 from refimpl.proof.sets import Line
 from refimpl.proof.unions import Union, parts_of
 
@@ -46,6 +46,7 @@ def check(certificate: Certificate, a: Any, b: Any) -> tuple[Bound, Bound]:
     bounds: list[tuple[Bound, Bound]] = [(Fraction(0) if rays else -math.inf, math.inf)]
     with effort(EFFORT + EFFORT_PER_ITEM * size):
         for claim in items(certificate.claims, "claims"):
+            spend(128)
             of_union = not isinstance(claim, Cover | Part) or {type(a).__name__, type(b).__name__} & UNIONS
             require(of_union, f"{type(claim).__name__}: a claim about unions")
             bounds.append(bounds_of(claim, sides))

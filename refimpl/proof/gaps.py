@@ -60,6 +60,10 @@ def _gaps(tree: Any, sides: Sides, shift: Exact = ()) -> Iterator[Gap]:
             raise InvalidCertificate("tree: neither parted nor separated")
         side, first = index(node.side, "side", 2), items(node.first, "first")
         require(set(map(type, first)) <= {int}, "first: not numbers of atoms")
+        require(
+            all(0 <= i < len(sides[side].atoms) for i in (min(first, default=0), max(first, default=0))),
+            "first: not there",
+        )
         chosen = set(first)
         parted = [i for i in groups[side] if i in chosen], [i for i in groups[side] if i not in chosen]
         for branch, part in zip(items(node.branches, "branches", 2), parted, strict=True):
@@ -68,7 +72,7 @@ def _gaps(tree: Any, sides: Sides, shift: Exact = ()) -> Iterator[Gap]:
 
 def escape(claim: Escape, sides: Sides) -> Bound:
     """Lower bound of σ of two convex sets that may overlap."""
-    require(all(side.alone() for side in sides), "an escape of unions")
+    require(not any(isinstance(side.alone(), Line) for side in sides), "an escape of a ray")
     gap = Gap(claim, sides, ([0], [0]))
     require(gap.compared() <= 0, "n: the supporting planes leave a gap")
     return gap.width

@@ -37,9 +37,9 @@ def effort(limit: int) -> Iterator[Callable[[], int]]:
         _left.reset(before)
 
 
-def spend(items: int, bits: int = 0) -> None:
-    """Count work: so many scalar products or the like, of numbers so long that it grows with the square of that."""
-    left = _left.get() - items * (1 + (bits >> 7) ** 2)
+def spend(work: int, bits: int = 0) -> None:
+    """Count work, by about half a microsecond; it grows with the square of the bits of long numbers."""
+    left = _left.get() - work * (1 + (bits >> 8) ** 2)
     require(left >= 0, "too much work: too many items, or too long numbers")
     _left.set(left)
 
@@ -84,14 +84,6 @@ def index(value: Any, what: str, end: int) -> int:
     return value
 
 
-def shares(value: Any, end: int) -> dict[int, Fraction]:
-    """Read weights ≥ 0 of some of `end` things, not all zero: pairs of an index and a weight."""
-    pairs = (items(item, "shares", 2) for item in items(value, "shares"))
-    found = {index(i, "shares", end): rational(weight, "shares") for i, weight in pairs}
-    require(any(found.values()) and min(found.values()) >= 0, "shares: must be positive numbers")
-    return found
-
-
 def whole(vectors: Sequence[Sequence[Number]]) -> tuple[list[Whole], int]:
     """Put vectors on one common denominator: integers, and that denominator."""
     ratios = [[x.as_integer_ratio() for x in v] for v in vectors]
@@ -99,8 +91,17 @@ def whole(vectors: Sequence[Sequence[Number]]) -> tuple[list[Whole], int]:
     for denominator in {q for v in ratios for _, q in v}:
         unit = math.lcm(unit, denominator)
         require(unit.bit_length() <= 4 * MAX_BITS, "the numbers have no common denominator of reasonable size")
-    spend(len(ratios), unit.bit_length())
+    spend(4 * len(ratios), unit.bit_length())
     return [[p * (unit // q) for p, q in v] for v in ratios], unit
+
+
+def shares(value: Any, end: int) -> dict[int, int]:
+    """Read weights ≥ 0 of some of `end` things, not all zero, up to a common factor: pairs of an index and a weight."""
+    pairs = [items(item, "shares", 2) for item in items(value, "shares")]
+    (weights,), _ = whole([[number(weight, "shares") for _, weight in pairs]])
+    require(any(weights) and min(weights) >= 0, "shares: must be positive numbers")
+    spend(64 + 32 * len(pairs), max(weights).bit_length())
+    return {index(i, "shares", end): weight for (i, _), weight in zip(pairs, weights, strict=True)}
 
 
 def direction(value: Any) -> Whole:

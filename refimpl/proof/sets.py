@@ -32,6 +32,7 @@ def ball_in_ball(centre: Sequence[Any], columns: Sequence[Sequence[Any]], share:
     (1, u), this is a matrix that is positive semidefinite; its last diagonal entries imply that share ≥ 0.
     """
     vectors, unit = whole([centre, *columns])  # and all products times unit²·the share's denominator
+    spend(512, unit.bit_length())
     part, scale = share.numerator * unit * unit, share.denominator
     products = [[scale * sum(x * y for x, y in zip(u, v, strict=True)) for v in vectors] for u in vectors]
     diagonal = [scale * unit * unit - part, *(part for _ in columns)]
@@ -68,6 +69,7 @@ class Factor(NamedTuple):
         scaled = self.coordinates(x)
         if sum(c * c for c in scaled) <= (self.whole * scale) ** 2:
             return NONE
+        spend(256, scale.bit_length())
         t = [Fraction(c, self.whole * scale) for c in scaled]
         square, length = sum((c * c for c in t), NONE), self.square(x) / scale**2
         if len(t) == 1:
@@ -101,6 +103,7 @@ class Product(NamedTuple):
     def square_distance(self, point: Exact) -> Fraction:
         """Square of how far at most a point is from the core; exactly if that is made of segments."""
         (p,), scale = whole([point])
+        spend(128, scale.bit_length())
         x = minus(times(self.unit, p), times(scale, self.centre))
         beyond = sum((factor.beyond(x, scale) for factor in self.factors), self._across(x) / scale**2)
         return beyond / self.unit**2
@@ -132,13 +135,13 @@ class Planes(NamedTuple):
 
     def support(self, n: Whole, faces: Any = ()) -> Fraction:
         """Above it: if n = Σ λᵢ nᵢ with λᵢ ≥ 0, then n·x ≤ −Σ λᵢ kᵢ. The λ are given, up to a common factor."""
-        normal, level = [NONE] * 3, NONE
+        normal, level = [0, 0, 0], 0
         for i, share in shares(faces if len(self.planes) > 1 else [(0, 1)], len(self.planes)).items():
             m, k = self.planes[i]
             normal, level = minus(normal, times(-share, m)), level - share * k
         along = dot(n, normal)
         require(along > 0 and not any(cross(n, normal)), "shares: no normal of a plane; it may be unbounded along n")
-        return Fraction(level * along / dot(normal, normal))
+        return Fraction(level * along, dot(normal, normal))
 
     def square_distance(self, point: Exact) -> Fraction:
         """Square of how far a point is from a half-space; 0 for points of a polytope, others are refused."""
@@ -170,7 +173,7 @@ class Points:
         """Largest n·x over some of them."""
         x, y, z = n
         chosen = list(map(self.places.__getitem__, corners))
-        spend(len(chosen))
+        spend(len(chosen) * (1 + (x.bit_length() >> 9)))
         return Fraction(max([x * u + y * v + z * w for u, v, w in chosen]), self.unit)
 
 
@@ -189,8 +192,8 @@ class Hull(NamedTuple):
         """A point is given by the weights of some corners, up to a common factor: it cannot lie outside."""
         weights = shares(point, len(self.corners))
         unit = self.points.unit * sum(weights.values())
-        places = [(weight / unit, self.points.places[self.corners[i]]) for i, weight in weights.items()]
-        return [sum((weight * place[axis] for weight, place in places), NONE) for axis in range(3)], NONE
+        chosen = [(weight, self.points.places[self.corners[i]]) for i, weight in weights.items()]
+        return [Fraction(sum(weight * place[axis] for weight, place in chosen), unit) for axis in range(3)], NONE
 
     def holds(self, _centre: Exact, columns: Sequence[Exact], _share: Fraction) -> bool:
         """Only a point, and `member` gave that."""

@@ -34,7 +34,7 @@ class Mesh(NamedTuple):
         Count the triangles above the point by their orientation. Whatever vanishes takes the sign that it has when
         the point is moved by (ε, ε², ε³); so no corner, edge or face is ever exactly above it or holds it.
         """
-        spend(len(self.triangles))
+        spend(2 * len(self.triangles))
         (ints,), scale = whole([point])
         origin, places = times(self.points.unit, ints), self.points.places
         aside = [scale * place[0] - origin[0] for place in places]
@@ -52,6 +52,7 @@ class Mesh(NamedTuple):
 
     def shells(self) -> list[Exact]:
         """A vertex of each connected part of the surface."""
+        spend(4 * len(self.triangles))
         parent = list(range(len(self.points.places)))
 
         def top(i: int) -> int:
