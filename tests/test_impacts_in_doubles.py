@@ -235,6 +235,20 @@ def test_the_sign_of_an_approach_is_exact() -> None:
     assert np.array_equal(grazing.b.velocity, b.velocity)
 
 
+def test_what_only_grazes_does_not_rub(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A body that turns about the normal slides along it exactly; rounding the sign of that would jam it."""
+    rng = np.random.default_rng(0)
+    scene = wide_scenes(rng, 100, ratio=4.0)
+    mass = np.where(scene.b.inverse_mass > 0, scene.b.inverse_mass, 1)
+    tensors = inertia_tensor(np.array([1.0, 30, 900]), rng.normal(size=(100, 4)))
+    top = RigidBody(scene.b.position, [0, 0, 0], scene.normal, mass, tensors)
+    question = RigidBody.immovable(), top, scene.point, scene.normal, 0.5, 3.0
+    assert not approach(*question[:4]).any()
+    assert not impact_of_bodies(*question).b.velocity.any()
+    monkeypatch.setattr(rigid, "known", lambda difference, *_: difference)
+    assert np.abs(impact_of_bodies(*question).b.velocity).max() > 1, "twice the precision alone is not enough"
+
+
 def test_momentum_and_energy_in_doubles() -> None:
     body = RigidBody([1, 2, 3], [1, 0, 0], [0, 2, 0], 0.5, np.diag([1.0, 2.0, 3.0]))
     assert np.array_equal(body.momentum(), [2, 0, 0])
