@@ -368,6 +368,19 @@ def test_bad_input(call: Any, message: str) -> None:
         call()
 
 
+def test_what_is_read() -> None:
+    """Whole numbers and doubles of any kind; with one fraction among them, all are fractions."""
+    given = np.array([np.float32(0.5), np.int64(2), 3, 4.5, Fraction(1, 3)], dtype=object)
+    after = impact_on_line(given, 0, 1, 1, 0)
+    assert after.velocity_b.tolist() == [Fraction(1, 4), 1, Fraction(3, 2), Fraction(9, 4), Fraction(1, 6)]
+    assert all(isinstance(x, Fraction) for x in after.velocity_b)
+    assert impact_on_line(np.float32(0.5), 0, 1, 1, 0).velocity_b == 0.25
+    assert impact_on_line(0.1, Fraction(0), 1, 1, 0).velocity_b == Fraction(0.1) / 2
+    for wrong in (True, "1", None, 1j, [1, None], [Fraction(1), float("inf")], [Fraction(1), True]):
+        with pytest.raises(ShapeError, match="velocity_a"):
+            impact_on_line(wrong, 0, 1, 1, 0)
+
+
 def test_bodies_cannot_be_changed() -> None:
     given = np.zeros(3)
     body = RigidBody(given, [0, 0, 0], [0, 0, 0], 0)
