@@ -1,4 +1,4 @@
-"""The command line: ``proxyproof run``, ``proxyproof table``, ``bounces``, ``longruns`` and ``models``.
+"""The command line: ``proxyproof run``, ``table``, ``bounces`` and ``models``.
 
 Exit status: 0 finished, 1 incomplete, 2 bad input (one line on standard error), 3 the reference was proven wrong,
 130 interrupted. Commands import what they need when they run, so that help and the table need no engine.
@@ -247,28 +247,6 @@ def bounces() -> int:
         print(as_markdown(measured()), end="")
     except EngineUnavailable as error:
         raise BadInput(str(error)) from None
-    return FINISHED
-
-
-@app.command()
-def longruns(
-    plot: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Draw the ball's energy in this file, as SVG.")
-    ] = None,
-) -> int:
-    """Compare many impacts in a row, a ball in a box and Newton's cradle, with PyBullet; print Markdown."""
-    from oracles.engine import EngineUnavailable  # noqa: PLC0415
-    from reports import longruns as told  # noqa: PLC0415
-
-    try:
-        boxes, cradles = told.measured()
-        if plot is not None:
-            Path(plot).write_text(told.as_svg(boxes), encoding="utf-8")
-    except EngineUnavailable as error:
-        raise BadInput(str(error)) from None
-    except (OSError, ValueError) as error:
-        raise BadInput(f"--plot {plot!r} cannot be written: {error}") from None
-    print(told.as_markdown(boxes, cradles), end="")
     return FINISHED
 
 
