@@ -15,6 +15,7 @@ from refimpl import Box, HalfSpace, ShapeError, Sphere
 from refimpl.impacts import (
     RigidBody,
     approach,
+    evaluating,
     impact_of_bodies,
     impact_of_particles,
     impact_on_line,
@@ -141,6 +142,15 @@ def test_a_row_is_the_impact_alone(formula: Any, given: Any) -> None:
         )
 
 
+def test_rows_may_differ_in_their_friction() -> None:
+    given = particles(RNG, 3)
+    damping, friction = np.array([0.5, 0.0, 0.0]), np.array([0.0, 0.5, 0.0])
+    whole = impact_of_particles(*given, damping=damping, friction=friction)
+    for i in range(3):
+        one = impact_of_particles(*(v[i] for v in given), damping=damping[i], friction=friction[i])
+        assert np.array_equal(one.velocity_b, whole.velocity_b[i])
+
+
 @pytest.mark.parametrize("condition", [1e6, 1e15])
 def test_a_row_is_the_impact_of_bodies_alone(condition: float) -> None:
     """Also where some rows are left to fractions."""
@@ -222,6 +232,26 @@ def test_extreme_numbers_are_left_to_fractions() -> None:
             assert np.array_equal(x, y.astype(float))
 
 
+def test_numbers_at_the_end_of_the_exponents() -> None:
+    """What a body of 1e308 times the mass receives is a double as good as any other."""
+    given = np.zeros(20), np.linspace(-1, -2, 20), 1e-308 * np.linspace(1, 9, 20), np.full(20, 1.1), np.full(20, 0.7)
+    found, true = impact_on_line(*given), impact_on_line(*map(fractions, given))
+    assert np.array_equal(found.velocity_a, true.velocity_a.astype(float))
+    assert np.array_equal(found.impulse, true.impulse.astype(float))
+
+
+def test_fractions_are_only_for_what_needs_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They take a thousand times longer."""
+    scene = wide_scenes(np.random.default_rng(0), 1000)
+    monkeypatch.setattr(evaluating, "_in_fractions", None)
+    impact_of_bodies(*scene.question)
+    join_bodies(scene.a, scene.b)
+    impact_of_particles(*particles(RNG, 1000), friction=0.3)
+    impact_on_line(*lines(RNG, 1000))
+    with pytest.raises(TypeError):
+        impact_on_line(0, 1, 1e-308, 1, 1)
+
+
 def test_the_sign_of_an_approach_is_exact() -> None:
     """0.1 · 3 − 0.3 is not 0 in doubles; the true value is."""
     a = RigidBody.immovable()
@@ -233,6 +263,20 @@ def test_the_sign_of_an_approach_is_exact() -> None:
     grazing = impact_of_bodies(a, b, [0, 0, -1], [1, 3, 0], 1, 1)
     assert not grazing.sticks
     assert np.array_equal(grazing.b.velocity, b.velocity)
+
+
+def test_what_only_grazes_does_not_rub(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A body that turns about the normal slides along it exactly; rounding the sign of that would jam it."""
+    rng = np.random.default_rng(0)
+    scene = wide_scenes(rng, 100, ratio=4.0)
+    mass = np.where(scene.b.inverse_mass > 0, scene.b.inverse_mass, 1)
+    tensors = inertia_tensor(np.array([1.0, 30, 900]), rng.normal(size=(100, 4)))
+    top = RigidBody(scene.b.position, [0, 0, 0], scene.normal, mass, tensors)
+    question = RigidBody.immovable(), top, scene.point, scene.normal, 0.5, 3.0
+    assert not approach(*question[:4]).any()
+    assert not impact_of_bodies(*question).b.velocity.any()
+    monkeypatch.setattr(rigid, "known", lambda difference, *_: difference)
+    assert np.abs(impact_of_bodies(*question).b.velocity).max() > 1, "twice the precision alone is not enough"
 
 
 def test_momentum_and_energy_in_doubles() -> None:
@@ -279,6 +323,14 @@ def test_inertia_tensor_turns_the_moments() -> None:
     assert np.array_equal(inertia_tensor([1, 2, 3], [0, 0, 0, 7]), np.diag([1.0, 2, 3]))
 
 
+ROUNDED_TO_DEFINITE = [
+    [2.1161224489795916, 4.328571428571428, 7.442857142857143],
+    [4.328571428571428, 10.0, 10.0],
+    [7.442857142857143, 10.0, 50.0],
+]
+"""Its last pivot is negative, and comes out as 1e-14 in doubles."""
+
+
 def test_definite_is_decided_exactly() -> None:
     ulp = 2**-52
     tensors = np.array(
@@ -289,10 +341,11 @@ def test_definite_is_decided_exactly() -> None:
             [[1, 0, 0], [0, 1, 0], [0, 0, -1]],
             [[1e-300, 0, 0], [0, 1e300, 0], [0, 0, 1]],
             [[0, 0, 0], [0, 1, 0], [0, 0, 1]],
+            ROUNDED_TO_DEFINITE,
         ]
     )
-    assert is_definite(tensors).tolist() == [True, False, False, False, True, False]
-    assert is_definite(fractions(tensors)).tolist() == [True, False, False, False, True, False]
+    assert is_definite(tensors).tolist() == [True, False, False, False, True, False, False]
+    assert is_definite(fractions(tensors)).tolist() == [True, False, False, False, True, False, False]
 
 
 # ---- what is refused ---------------------------------------------------------------------------------------------
@@ -352,6 +405,19 @@ def test_bad_bodies(change: dict[str, Any], message: str) -> None:
 def test_bad_input(call: Any, message: str) -> None:
     with pytest.raises(ShapeError, match=message):
         call()
+
+
+def test_what_is_read() -> None:
+    """Whole numbers and doubles of any kind; with one fraction among them, all are fractions."""
+    given = np.array([np.float32(0.5), np.int64(2), 3, 4.5, Fraction(1, 3)], dtype=object)
+    after = impact_on_line(given, 0, 1, 1, 0)
+    assert after.velocity_b.tolist() == [Fraction(1, 4), 1, Fraction(3, 2), Fraction(9, 4), Fraction(1, 6)]
+    assert all(isinstance(x, Fraction) for x in after.velocity_b)
+    assert impact_on_line(np.float32(0.5), 0, 1, 1, 0).velocity_b == 0.25
+    assert impact_on_line(0.1, Fraction(0), 1, 1, 0).velocity_b == Fraction(0.1) / 2
+    for wrong in (True, "1", None, 1j, [1, None], [Fraction(1), float("inf")], [Fraction(1), True]):
+        with pytest.raises(ShapeError, match="velocity_a"):
+            impact_on_line(wrong, 0, 1, 1, 0)
 
 
 def test_bodies_cannot_be_changed() -> None:

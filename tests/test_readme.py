@@ -33,7 +33,7 @@ def test_the_example_runs_and_says_the_truth() -> None:
     assert code
     space: dict[str, object] = {}
     for statement in code[1].splitlines():
-        said = re.search(r"^(refimpl\.(?:intersect|distance)|check)\(.*?  # (\S+)", statement)
+        said = re.search(r"^(refimpl\.(?:intersect|distance)|check|respond)\(.*?  # (\S+)", statement)
         if not said:
             exec(statement, space)
             continue
@@ -42,6 +42,8 @@ def test_the_example_runs_and_says_the_truth() -> None:
             assert not value
         elif said[2] in ("0.5,", "1.0"):
             assert value == float(said[2].strip(","))
+        elif said[1] == "respond":
+            assert value.tolist() == [1, 0, 2]
         elif said[2] == "(100000,)":
             assert value == (100_000,)
         else:

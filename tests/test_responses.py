@@ -84,7 +84,7 @@ def test_two_boxes() -> None:
 
 def test_bodies_that_separate_or_miss_are_left_alone() -> None:
     balls = Sphere([[0, 0, 0.9], [0, 0, 0.9], [0, 0, 0.9], [0, 0, 1.1]], 1)
-    speeds = np.array([[1, 0, 2.0], [1, 0, 0], [1, 0, -2], [1, 0, -2]])
+    speeds = np.array([[1, 0, 2.0], [1, 0, 0], [1, 0, -2], [-1, -1, -2]])
     body = RigidBody.of(balls, mass=1, velocity=speeds)
     _, after = bounce(FLOOR, balls, GROUND, body, 1, 1)
     assert after.met.tolist() == [False, False, True, False]

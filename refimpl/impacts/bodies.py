@@ -28,6 +28,15 @@ from refimpl.impacts.reading import Array, at_least_zero, real, refuse
 from refimpl.mass import mass_properties
 from refimpl.proxy import Proxy, UnsupportedOperation
 
+TAILS: dict[str, tuple[int, ...]] = {
+    "position": (3,),
+    "velocity": (3,),
+    "angular_velocity": (3,),
+    "inverse_mass": (),
+    "inertia": (3, 3),
+}
+"""Fields of a body, and their axes beside those of the batch."""
+
 
 @dataclass(frozen=True, eq=False)
 class RigidBody:
@@ -69,13 +78,12 @@ class RigidBody:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        found: dict[str, Array] = {
-            name: real(f"RigidBody.{name}", getattr(self, name), 3)
-            for name in ("position", "velocity", "angular_velocity")
-        }
-        found["inverse_mass"] = at_least_zero("RigidBody.inverse_mass", self.inverse_mass)
-        if self.inertia is not None:
-            found["inertia"] = real("RigidBody.inertia", self.inertia, 3, 3)
+        found: dict[str, Array] = {}
+        for name, tail in TAILS.items():
+            value = getattr(self, name)
+            if name != "inertia" or value is not None:
+                found[name] = real(f"RigidBody.{name}", value, *tail)
+        at_least_zero("RigidBody.inverse_mass", found["inverse_mass"])
         _check_inertia(found)
         for name, value in found.items():
             value.flags.writeable = False
@@ -131,20 +139,18 @@ class RigidBody:
     @property
     def batch_shape(self) -> tuple[int, ...]:
         """Shape of the leading axes."""
-        axes = {"position": 1, "velocity": 1, "angular_velocity": 1, "inverse_mass": 0, "inertia": 2}
         shapes = {}
-        for name, count in axes.items():
+        for name, tail in TAILS.items():
             value = getattr(self, name)
             if value is not None:
-                shapes[f"RigidBody.{name}"] = value.shape[: value.ndim - count]
+                shapes[f"RigidBody.{name}"] = value.shape[: value.ndim - len(tail)]
         return batch_shape(shapes)
 
     def __getitem__(self, index: Any) -> RigidBody:
         """Bodies at `index` of the batch axes."""
         batch = self.batch_shape
-        tails = {"position": (3,), "velocity": (3,), "angular_velocity": (3,), "inverse_mass": (), "inertia": (3, 3)}
         parts: dict[str, Any] = {}
-        for name, tail in tails.items():
+        for name, tail in TAILS.items():
             value = getattr(self, name)
             parts[name] = None if value is None else np.broadcast_to(value, batch + tail)[index]
         return RigidBody(**parts)

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from refimpl.impacts.numbers import Numbers, known, stack
+from refimpl.impacts.numbers import Numbers, known, rough, stack
 from refimpl.impacts.reading import Array, fractions, is_exact
 from refimpl.linear import Bools
 
@@ -43,10 +43,10 @@ def factors(m: Numbers) -> Factors:
     """Factors of symmetric positive definite matrices (3, 3, n)."""
     over_0 = 1 / m[0, 0]
     l10, l20 = m[1, 0] * over_0, m[2, 0] * over_0
-    over_1 = 1 / known(m[1, 1] - l10 * m[1, 0], m[1, 1], PIVOT_BITS)
+    over_1 = 1 / known(m[1, 1] - l10 * m[1, 0], rough(m[1, 1]), PIVOT_BITS)
     rest = m[2, 1] - l20 * m[1, 0]
     l21 = rest * over_1
-    over_2 = 1 / known(m[2, 2] - (l20 * m[2, 0] + l21 * rest), m[2, 2], PIVOT_BITS)
+    over_2 = 1 / known(m[2, 2] - (l20 * m[2, 0] + l21 * rest), rough(m[2, 2]), PIVOT_BITS)
     return Factors((l10, l20, l21), (over_0, over_1, over_2))
 
 

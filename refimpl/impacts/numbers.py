@@ -54,21 +54,21 @@ def _root(square: Fraction) -> Fraction:
     return Fraction(low + (low * low != whole), square.denominator * scale)
 
 
-def known(difference: Numbers, terms: Numbers, bits: int) -> Numbers:
+def known(difference: Numbers, terms: Any, bits: int) -> Numbers:
     """Give a difference where cancellation left it known, and not a number where it did not.
 
-    A difference of `Twofold` numbers that is smaller than 2^−bits of its terms tells little; what is computed with
-    "not a number" is found at the end, and that row is computed in fractions. Those cancel nothing.
+    A difference of `Twofold` numbers that is smaller than 2^−bits of its terms (`rough`) tells little. What is computed
+    with "not a number" is found at the end, and that row is computed in fractions, which lose nothing.
     """
     if not isinstance(difference, Twofold):
         return difference
-    lost = np.abs(difference.high) < 2.0**-bits * np.abs(terms.high)
+    lost = np.abs(difference.high) < 2.0**-bits * terms
     return Twofold(np.where(lost, np.nan, difference.high), np.where(lost, np.nan, difference.lows))
 
 
-def size(x: Numbers) -> Numbers:
-    """Absolute value."""
-    return choose(np.asarray(x < 0, dtype=bool), -x, x)
+def rough(x: Numbers) -> Any:
+    """Absolute values, in doubles where x is `Twofold`: enough to tell how much has cancelled."""
+    return np.abs(x.high if isinstance(x, Twofold) else x)
 
 
 def stack(parts: list[Numbers]) -> Numbers:
@@ -84,12 +84,6 @@ IDENTITY = np.eye(3, dtype=int)[:, :, None]
 def dot(u: Numbers, v: Numbers) -> Numbers:
     """Scalar product."""
     terms = u * v
-    return (terms[0] + terms[1]) + terms[2]
-
-
-def spread(u: Numbers, v: Numbers) -> Numbers:
-    """Sum of the absolute values of a scalar product's terms: what it may have cancelled from."""
-    terms = size(u * v)
     return (terms[0] + terms[1]) + terms[2]
 
 

@@ -71,7 +71,7 @@ def _join(**bodies: Numbers) -> tuple[Numbers, ...]:
     both = a_fixed & b_fixed
     return (
         a.velocity - a.w * impulse,
-        choose(both, a.spin, spin),
+        spin,
         b.velocity + b.w * impulse,
         choose(both, b.spin, spin),
         impulse,

@@ -15,8 +15,8 @@ import numpy as np
 from refimpl.fields import ShapeError
 from refimpl.impacts import line
 from refimpl.impacts.evaluating import DIRECTION, IMPULSE, INVERSE_MASS, PURE, SPEED, Given, evaluate
-from refimpl.impacts.friction import share_in_cone
-from refimpl.impacts.numbers import Numbers, dot, quotient
+from refimpl.impacts.friction import SIGN_BITS, share_in_cone
+from refimpl.impacts.numbers import Numbers, dot, known, quotient, rough
 from refimpl.impacts.reading import Array, at_least_zero, direction, real, share
 
 
@@ -147,7 +147,8 @@ def _impact(
     u = vb - va
     stop = quotient(-1, wa + wb) * _split(u, n)[1]
     if np.any(mu > 0):
-        damping = damping + share_in_cone(u, n, impulse, stop, mu, np.asarray(wa + wb == 0, dtype=bool))[1]
+        approach = known(dot(n, u), dot(rough(n), rough(va) + rough(vb)), SIGN_BITS)
+        damping = damping + share_in_cone(approach, n, impulse, stop, mu, np.asarray(wa + wb == 0, dtype=bool))[1]
     impulse = impulse + damping * stop
     return va - wa * impulse, vb + wb * impulse, impulse
 

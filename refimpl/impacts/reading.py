@@ -24,7 +24,8 @@ def fractions(array: Any) -> Array:
     """Array of the same numbers, as fractions: a double is one."""
     array = np.asarray(array)
     found = np.empty(array.shape, dtype=object)
-    found.reshape(-1)[:] = [Fraction(value) for value in array.reshape(-1).tolist()]
+    numbers = (x.item() if isinstance(x, np.generic) else x for x in array.reshape(-1).tolist())
+    found.reshape(-1)[:] = [Fraction(x) for x in numbers]
     return found
 
 

@@ -16,7 +16,7 @@ from refimpl.impacts.bodies import Moving, RigidBody, moving
 from refimpl.impacts.definite import Factors, factors
 from refimpl.impacts.evaluating import DIRECTION, IMPULSE, LENGTH, PURE, SPEED, TURNING, Given, Unit, evaluate
 from refimpl.impacts.friction import SIGN_BITS, share_in_cone
-from refimpl.impacts.numbers import IDENTITY, Numbers, choose, cross, dot, known, quotient, spread, stack
+from refimpl.impacts.numbers import IDENTITY, LAST, NEXT, Numbers, choose, cross, dot, known, quotient, rough, stack
 from refimpl.impacts.reading import Array, at_least_zero, direction, real, share
 from refimpl.linear import Bools
 
@@ -94,7 +94,9 @@ def approach(a: RigidBody, b: RigidBody, point: Any, normal: Any) -> Array:
     """n·(v_b − v_a) at a point (...), with n of any length: negative, exactly, where the bodies approach."""
     given = {
         **a.motion("_a"),
+        **a.matter("_a"),
         **b.motion("_b"),
+        **b.matter("_b"),
         "point": Given(real("point", point, 3), LENGTH, 1),
         "n": Given(direction("normal", normal), LENGTH, 1),
     }
@@ -122,31 +124,34 @@ class Touched(NamedTuple):
         return self.w * IDENTITY + columns
 
 
-def touched(body: Moving, arm: Numbers) -> Touched:
+def touched(body: Moving, point: Numbers) -> Touched:
     """See a body from a point; an impulse on an immovable one has no lever to turn it."""
     fixed = np.asarray(body.w == 0, dtype=bool)
-    return Touched(body.w, choose(fixed, 0, arm), factors(choose(fixed, IDENTITY, body.inertia)))
+    return Touched(body.w, choose(fixed, 0, point - body.position), factors(choose(fixed, IDENTITY, body.inertia)))
 
 
-def _approach(
-    position_a: Numbers,
-    velocity_a: Numbers,
-    spin_a: Numbers,
-    position_b: Numbers,
-    velocity_b: Numbers,
-    spin_b: Numbers,
-    point: Numbers,
-    n: Numbers,
-) -> tuple[Numbers]:
-    u = (velocity_b + cross(spin_b, point - position_b)) - (velocity_a + cross(spin_a, point - position_a))
-    return (known(dot(n, u), spread(n, u), SIGN_BITS),)
+def _relative(a: Moving, b: Moving, point: Numbers, n: Numbers) -> tuple[Numbers, Numbers]:
+    """Relative velocity u at the point, and n·u, of a known sign."""
+    arm_a, arm_b = point - a.position, point - b.position
+    u = (b.velocity + cross(b.spin, arm_b)) - (a.velocity + cross(a.spin, arm_a))
+    terms = (rough(b.velocity) + _spread(b.spin, arm_b)) + (rough(a.velocity) + _spread(a.spin, arm_a))
+    return u, known(dot(n, u), dot(rough(n), terms), SIGN_BITS)
+
+
+def _spread(u: Numbers, v: Numbers) -> Any:
+    """Sizes of what a vector product subtracts."""
+    x, y = rough(u), rough(v)
+    return x[NEXT] * y[LAST] + x[LAST] * y[NEXT]
+
+
+def _approach(point: Numbers, n: Numbers, **bodies: Numbers) -> tuple[Numbers]:
+    return (_relative(moving(bodies, "_a"), moving(bodies, "_b"), point, n)[1],)
 
 
 def _impact(point: Numbers, n: Numbers, e: Numbers, mu: Numbers, **bodies: Numbers) -> tuple[Numbers, ...]:
     of_a, of_b = moving(bodies, "_a"), moving(bodies, "_b")
-    arm_a, arm_b = point - of_a.position, point - of_b.position
-    a, b = touched(of_a, arm_a), touched(of_b, arm_b)
-    u = (of_b.velocity + cross(of_b.spin, arm_b)) - (of_a.velocity + cross(of_a.spin, arm_a))
+    a, b = touched(of_a, point), touched(of_b, point)
+    u, approach = _relative(of_a, of_b, point, n)
     turn_a, turn_b = a.turn(n), b.turn(n)
     turning = dot(cross(a.lever, n), turn_a) + dot(cross(b.lever, n), turn_b)
     stop = -quotient(dot(n, u), (a.w + b.w) * dot(n, n) + turning)
@@ -157,7 +162,7 @@ def _impact(point: Numbers, n: Numbers, e: Numbers, mu: Numbers, **bodies: Numbe
     if rubs.any():
         k = choose(rubs, a.give() + b.give(), IDENTITY)
         toward = factors(k).solve(-u) - stop * n
-        sticks, kappa = share_in_cone(u, n, impulse, toward, mu, ~rubs)
+        sticks, kappa = share_in_cone(approach, n, impulse, toward, mu, ~rubs)
         more = choose(rubs, kappa * toward, 0)
         impulse, turn_a, turn_b = impulse + more, turn_a + a.turn(more), turn_b + b.turn(more)
     return (
