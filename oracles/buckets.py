@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from oracles.known import KnownFaults
 from oracles.outcome import Bucket, Finding, Kind, Severity, Verdict
 from oracles.reference import is_quick
-from oracles.scene import Cell, Scene
+from oracles.scene import IMPACT, Cell, Scene
 from oracles.words import decade_of
 
 KEY = tuple[str, str, str, str, int | None, str | None]
@@ -26,7 +26,8 @@ class Buckets:
     """All buckets of a run, filled one batch at a time.
 
     Proofs cost milliseconds, so a bucket is proven on a few of its findings and the rest is counted; the report names
-    both numbers. Those of pairs that need a search cost a hundred times more, and each regime does not have its own.
+    both numbers. Those of impacts and of pairs that need a search cost a hundred times more, and each regime does not
+    have its own.
     """
 
     known: KnownFaults
@@ -37,7 +38,7 @@ class Buckets:
 
     def wants_proof(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
-        quick = is_quick(cell.type_a, cell.type_b)
+        quick = is_quick(cell.type_a, cell.type_b) and cell.query != IMPACT
         key = (engine, cell, symptom, decade, regime if quick else "")
         tried = self._tried.get(key, 0)
         self._tried[key] = tried + 1

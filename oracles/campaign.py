@@ -15,6 +15,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Protocol
@@ -104,6 +105,12 @@ class Campaign:
         """Whether the engine answers this cell."""
         return self.engines[engine].support(cell.query, cell.type_a, cell.type_b).kind is not SupportKind.UNSUPPORTED
 
+    @cached_property
+    def asks_at_rest(self) -> bool:
+        """Whether any engine answers anything but impacts."""
+        asked = (cell for pair in self.pairs for cell in self.cells_of(pair) if cell.query != IMPACT)
+        return any(self.supported(name, cell) for cell in asked for name in self.engines)
+
     def cells_of(self, pair: PairKey) -> list[Cell]:
         """Cells of one pair."""
         return [cell for cell in cells() if (cell.type_a, cell.type_b) == pair]
@@ -151,7 +158,8 @@ class Campaign:
     def _drawn(self, pair: PairKey, shard: tuple[int, int], each: int) -> list[Batch]:
         """Scenes of a pair; fewer where each costs a search."""
         with self.timed("scenes"):
-            batches = Batch.draw(pair, self.run.seed, shard, each if is_quick(*pair) else max(1, each // SEARCHED))
+            many = each if is_quick(*pair) else max(1, each // SEARCHED)
+            batches = Batch.draw(pair, self.run.seed, shard, many) if self.asks_at_rest else []
             if any(self.supported(name, Cell(IMPACT, *pair)) for name in self.engines):
                 batches += Batch.draw_impacts(pair, self.run.seed, shard, max(1, each // STEPPED))
             return batches

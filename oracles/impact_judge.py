@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles.answers import take
-from oracles.claims import NOT_A_NUMBER
+from oracles.claims import LARGEST, NOT_A_NUMBER
 from oracles.engine import COLUMNS, VELOCITIES, WIDTH, Answers, Convention, Engine, Status
 from oracles.impact_laws import After, Law, laws
 from oracles.impact_reference import REFERENCE_ERROR, reference_of
@@ -32,8 +32,6 @@ from refimpl.proof.certify import round_down, round_up
 from refimpl.proof.impacts import Impact, ImpactCertificate, MovingBody, Outcome, certify_impact, check_impact
 from refimpl.proof.rational import InvalidCertificate
 
-LARGEST = 1e150
-"""No velocity is larger; an engine that answers one has not set it."""
 ROUNDING = 1e-14
 """What the laws' own rounding may come to in floats, relative to the largest velocity."""
 CLAMP = 0.999
@@ -127,7 +125,8 @@ class ImpactJudge:
         truth = audit_impact(scene)
         if truth.kind is Kind.REFERENCE_WRONG:
             return truth
-        amount = min(ours[1], _greatest(self._effective(part), answers))
+        effective = self._effective(part)
+        amount = ours[1] if effective is part.motion else min(ours[1], _greatest(effective, answers))
         right_by_own = amount <= allowed or bool(self._excused(part)[0])
         return self._verdict(scene, Kind.CONVENTION if right_by_own else Kind.WRONG, ours, amount, answers)
 

@@ -1,4 +1,4 @@
-"""The command line: ``proxyproof run``, ``proxyproof table``, ``proxyproof bounces`` and ``proxyproof models``.
+"""The command line: ``proxyproof run``, ``table``, ``bounces`` and ``models``.
 
 Exit status: 0 finished, 1 incomplete, 2 bad input (one line on standard error), 3 the reference was proven wrong,
 130 interrupted. Commands import what they need when they run, so that help and the table need no engine.
