@@ -134,6 +134,22 @@ def test_where_doubles_cannot_tell_the_side_exact_arithmetic_does(name, monkeypa
     assert np.array_equal(found.normal[clear], again.normal[clear])
 
 
+@pytest.mark.parametrize("name", ["box", "U", "hollow"])
+def test_rays_through_corners_and_edges_tell_nothing_wrong(name):
+    """From points whose rays meet a corner, or the middle of an edge, as exactly as doubles can."""
+    vertices, triangles = MESHES[name]
+    corners = vertices[triangles]
+    targets = np.unique(np.concatenate([vertices, corners[:, 0] / 2 + corners[:, 1] / 2]), axis=0)
+    for way in np.array(windings.WAYS):
+        for target in targets:
+            moved = Polyhedron(vertices - target, triangles)
+            points = -way * np.array([[0.125], [0.5]])
+            found = distance(Point(points), moved).distance
+            triangles_there = corners_of(moved)
+            exact = [surrounds(triangles_there, vector(p)) for p in points]
+            assert np.array_equal(found < 0, exact)
+
+
 def test_distances_that_dwarf_the_mesh():
     """Their squares overflow in the mesh's own unit."""
     mesh = Polyhedron(*prism(U_SHAPE))
