@@ -141,26 +141,41 @@ def _marched(row: Row, ball: Row, blur: float, spot: Spot, d: Vector, limit: flo
 
 
 @kernel
+def _back(row: Row, ball: Row, t: Vector, step: float, stack: Scratch) -> tuple[Vector, Spot]:
+    """A way that is shorter by a step, and what is near its end."""
+    t = times(max(1.0 - step / length(t), 0.0), t)
+    return t, height(row, plus(three(ball, 0), t), 0, stack)
+
+
+@kernel
 def _drawn_back(row: Row, ball: Row, blur: float, way: Way, stack: Scratch) -> Way:
-    """Shorten a free way while it ends above the surface: so much nearer, the ball is still free."""
+    """Shorten a free way while it ends above the surface.
+
+    By as much as the ball is above it, it surely can; by what the nearest plane allows, it mostly can.
+    """
     for _ in range(STEPS):
         t, spot, _ = way
         size, spare = length(t), spot[0] - ball[3]
         if not spare > blur or not size > spare:
             break
-        t = times((size - spare) / size, t)
-        spot = height(row, plus(three(ball, 0), t), 0, stack)
+        slope = dot(spot[1], t) / size
+        t, spot = _back(row, ball, way[0], spare / slope if slope > 0.0 else spare, stack)
+        if spot[0] < ball[3] - blur:
+            t, spot = _back(row, ball, way[0], spare, stack)
         if spot[0] < ball[3] - blur:
             break
-        way = (t, spot, way[2])
+        way = (t, spot, True)
     return way
 
 
 @kernel
 def way_out(
     row: Row, ball: Row, here: Spot, directions: Sequence[Row], planes: Scratch, keys: Keys, stack: Scratch
-) -> tuple[Way, float]:
-    """A short way out of the solid for a ball that overlaps it, and a length below which there is none.
+) -> tuple[Vector, Vector, float, float]:
+    """A short way out of the solid for a ball that overlaps it: the move, and where the ball touches the surface then.
+
+    Third, a length that is enough, what rounding left added; fourth, one below which none is. The two are the same
+    where they differ by rounding.
 
     Parameters
     ----------
@@ -194,7 +209,8 @@ def way_out(
                 if length(other[0]) < best:
                     way, best = other, length(other[0])
         way = _drawn_back(row, ball, blur, way, stack)
-    return way, lower
+    depth = length(way[0]) + max(0.0, r - way[1][0])
+    return way[0], way[1][2], lower if depth <= lower + 2.0 * blur else depth, lower
 
 
 @kernel
@@ -212,8 +228,7 @@ def ways_out(
     for i in range(len(balls)):
         spot, answer = spots[i], answers[i]
         here = (spot[0], three(spot, 1), three(spot, 4), int(spot[8]), spot[7] > 0.0)
-        (t, there, _), lower = way_out(row, balls[i], here, directions, planes, keys, stack)
-        depth = length(t) + max(0.0, balls[i][3] - there[0])
-        answer[0], answer[1] = depth, min(lower, depth)
-        answer[2], answer[3], answer[4] = there[2]
+        t, foot, depth, lower = way_out(row, balls[i], here, directions, planes, keys, stack)
+        answer[0], answer[1] = depth, lower
+        answer[2], answer[3], answer[4] = foot
         answer[5], answer[6], answer[7] = t
