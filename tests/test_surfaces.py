@@ -246,13 +246,14 @@ def test_a_ball_through_one_face_leaves_across_it():
         assert np.array_equal(found.normal, [0, 0, -1])
 
 
-def test_a_ball_in_a_channel_rests_on_both_walls():
-    """Too wide for the channel of a U, it comes up until it touches both upper edges."""
+@pytest.mark.parametrize(("x", "y", "radius"), [(1.6, 2.2, 0.7), (1.9, 1.8, 0.6), (1.7, 1.7, 0.6)])
+def test_a_ball_in_a_channel_rests_on_both_walls(x, y, radius):
+    """Too wide for the channel of a U, it comes up until it touches both upper edges, also where a wall is nearer."""
     mesh = Polyhedron(*prism(U_SHAPE, 40.0))
-    found = distance(Sphere([1.6, 2.2, 20.0], 0.7), mesh)
-    up = 2 + np.sqrt(0.7**2 - 0.5**2)
-    assert np.allclose(found.normal, np.array([0.1, 2.2 - up, 0]) / np.hypot(0.1, up - 2.2), atol=1e-7)
-    assert -found.distance == pytest.approx(np.hypot(0.1, up - 2.2), abs=1e-9)
+    found = distance(Sphere([x, y, 20.0], radius), mesh)
+    way = np.array([1.5 - x, 2 + np.sqrt(radius**2 - 0.25) - y, 0.0])
+    assert -found.distance == pytest.approx(np.linalg.norm(way), abs=1e-9)
+    assert np.allclose(found.normal, -way / np.linalg.norm(way), atol=1e-6)
 
 
 def test_a_ball_in_a_cavity_goes_to_the_nearest_free_place():

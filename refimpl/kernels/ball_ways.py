@@ -28,7 +28,9 @@ ROUNDS = 24
 """Planes that may stand in the way; a search that meets more is given up."""
 DESCENTS = 10
 STEPS = 16
-DETOUR = 1.25
+SAME = 1e-4
+"""Lengths that differ by less than this part of them are on their way to the same."""
+DETOUR = 1.1
 """A way this much longer than the best may still lead, by descent, to a shorter one."""
 GAIN = 1.0 - 1e-9
 ROUNDING = 2.0**-49
@@ -98,17 +100,24 @@ def _freed(
 
 @kernel
 def _descended(
-    row: Row, ball: Row, blur: float, way: Way, count: int, planes: Scratch, keys: Keys, stack: Scratch
+    row: Row, ball: Row, blur: float, way: Way, best: float, count: int, planes: Scratch, keys: Keys, stack: Scratch
 ) -> Way:
-    """Shorten a free way, as long as that gains something, or faces are met that were not known."""
+    """Shorten a free way, as long as that gains something, or faces are met that were not known.
+
+    It is given up where it only comes to what is the best so far, or would not come to that in as many steps again.
+    """
     for _ in range(DESCENTS):
+        before = length(way[0])
         count = _renewed(row, ball, way, planes, keys, count)
-        better, met = _freed(row, ball, blur, GAIN * length(way[0]), count, planes, keys, stack)
+        better, met = _freed(row, ball, blur, GAIN * before, count, planes, keys, stack)
+        count, known = met, count
         if better[2]:
             way = better
-        elif met == count:
+            over = length(way[0]) - best
+            if over > 0.0 and (over < SAME * best or DESCENTS * (before - length(way[0])) < over):
+                break
+        elif met == known:
             break
-        count = met
     return way
 
 
@@ -193,7 +202,7 @@ def way_out(
     way, count = _freed(row, ball, blur, math.inf, count, planes, keys, stack)
     best = math.inf
     if way[2]:
-        way = _descended(row, ball, blur, way, count, planes, keys, stack)
+        way = _descended(row, ball, blur, way, math.inf, count, planes, keys, stack)
         best = length(way[0])
     if best > lower + 2.0 * blur:
         for i in range(len(directions)):
@@ -205,7 +214,7 @@ def way_out(
         for i in range(len(directions)):
             other = _marched(row, ball, blur, here, three(directions[i], 0), DETOUR * best, stack)
             if other[2]:
-                other = _descended(row, ball, blur, other, 0, planes, keys, stack)
+                other = _descended(row, ball, blur, other, best, 0, planes, keys, stack)
                 if length(other[0]) < best:
                     way, best = other, length(other[0])
         way = _drawn_back(row, ball, blur, way, stack)
