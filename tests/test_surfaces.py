@@ -256,6 +256,14 @@ def test_a_ball_in_a_channel_rests_on_both_walls(x, y, radius):
     assert np.allclose(found.normal, -way / np.linalg.norm(way), atol=1e-6)
 
 
+@pytest.mark.parametrize(("x", "y", "radius"), [(1.5, 0.6, 1.3), (1.1, 0.6, 1.4), (2.0, 0.9, 1.5)])
+def test_a_ball_below_a_channel_leaves_downwards(x, y, radius):
+    """The channel's floor is the nearest face, but above it there is no room."""
+    found = distance(Sphere([x, y, 20.0], radius), Polyhedron(*prism(U_SHAPE, 40.0)))
+    assert found.distance == pytest.approx(-(y + radius), abs=1e-14)
+    assert np.allclose(found.normal, [0, 1, 0], atol=1e-14)
+
+
 def test_a_ball_in_a_cavity_goes_to_the_nearest_free_place():
     """Inside the cavity it has room; between the walls it has none, and must leave the whole."""
     mesh = Polyhedron(*hollow_box(0.5))
