@@ -147,27 +147,6 @@ def _after(arrays: Sequence[NDArray[Any]], fill: bool) -> NDArray[Any]:
     return np.concatenate(arrays)
 
 
-def stacked_batches(parts: Sequence[Proxy]) -> list[tuple[Proxy, Indices]]:
-    """Atoms of batches of parts: for each kind one batch, atom by atom with all rows, and the atoms' numbers."""
-    alike: dict[tuple[Any, ...], list[tuple[int, Any]]] = {}
-    number = 0
-    for part in parts:
-        if isinstance(part, Polyhedron):
-            for atoms in piece_atoms(part.solid):
-                members = alike.setdefault(_form(atoms.proxies), [])
-                members += [(number + int(n), _row_of(atoms.proxies, i, part)) for i, n in enumerate(atoms.numbers)]
-            number += len(part.pieces)
-        else:
-            alike.setdefault(_form(part), []).append((number, part))
-            number += 1
-    return [(side_by_side([p for _, p in same]), np.array([n for n, _ in same])) for same in alike.values()]
-
-
-def _row_of(atoms: ConvexPolyhedron, index: int, mesh: Polyhedron) -> ConvexPolyhedron:
-    """One atom of a mesh in all placements of a batch."""
-    return atoms[index].broadcast_to((len(mesh),))._placed(mesh.position, mesh.rotation)
-
-
 SIZED: dict[type[Proxy], int] = {KDOP: 3, ConvexPolyhedron: 1}  # how many fields are as long as the proxy's size
 
 

@@ -18,10 +18,11 @@ from refimpl.escapes import Look, Pairs, Ways, escape, joined_pairs, push, touch
 from refimpl.linear import Array, Bools, apply, apply_inverse, norm, rotation_matrix, scale, unit_or
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
-from refimpl.scenes import LargeScene, SmallScene, ask, scene
+from refimpl.scenes import LargeScene, ask, scene
 from refimpl.shapes import HalfSpace, Point, Polyhedron, Sphere
 from refimpl.shapes.polytopes import USUAL_DIRECTIONS
 from refimpl.signs import Indices
+from refimpl.small_scenes import SmallScene
 from refimpl.supports import support
 
 AROUND = USUAL_DIRECTIONS[26] / norm(USUAL_DIRECTIONS[26])[:, None]
@@ -87,15 +88,20 @@ def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Bools]:
 
 def _by_atoms(a: Proxy, b: Proxy) -> Overlaps:
     """Nearest atoms; where some overlap, contacts and a way out."""
-    count = len(a)
     there = scene(a, b)
-    near = there.nearest(np.arange(count))
     if isinstance(there, LargeScene):
+        near = there.nearest(np.arange(len(a)))
         deep = np.flatnonzero(_swallowed(a, b, near) | (_firsts(near).found.distance < 0))
         pieces = there.pairs(deep, np.zeros((len(deep), 3)))
         pieces = pieces._replace(row=deep[pieces.row])
         near = joined_pairs([near.at(~np.isin(near.row, pieces.row)), pieces])
-    answer = {name: getattr(_firsts(near).found, name).copy() for name in NAMES}
+        first = _firsts(near).found
+    else:
+        first = there.nearest()
+        deep = np.flatnonzero(first.distance < 0)
+        near = there.pairs(deep, np.zeros((len(deep), 3)))
+        near = near._replace(row=deep[near.row])
+    answer = {name: getattr(first, name).copy() for name in NAMES}
     contacts = near.at(near.found.distance < 0)
     contacts = contacts.at(np.lexsort((contacts.part_b, contacts.part_a, contacts.found.distance, contacts.row)))
     lower = np.maximum(0.0, -answer["distance"])
@@ -121,12 +127,13 @@ def meet(a: Proxy, b: Proxy) -> Bools:
 
 def meet_atoms(a: Proxy, b: Proxy) -> Bools:
     """The same, by pairs of atoms."""
-    rows = np.arange(len(a))
     there = scene(a, b)
-    near = there.nearest(rows) if isinstance(there, LargeScene) else there.pairs(rows, np.zeros((len(rows), 3)))
-    found = np.zeros(len(rows), dtype=bool)
+    if not isinstance(there, LargeScene):
+        return there.meetings()
+    near = there.nearest(np.arange(len(a)))
+    found = np.zeros(len(a), dtype=bool)
     found[near.row[near.found.distance <= 0]] = True
-    return found | _swallowed(a, b, near) if isinstance(there, LargeScene) else found
+    return found | _swallowed(a, b, near)
 
 
 def _firsts(pairs: Pairs) -> Pairs:

@@ -84,7 +84,7 @@ def packed(x: Proxy, exponent: Any) -> Packed:
     for part, count in zip(parts, counts, strict=True):
         mine = rows[:, start : start + count]
         if isinstance(part, Polyhedron):
-            table = _put_pieces(part, exponent, mine)
+            table: Array | None = _put_pieces(part, exponent, mine)
         else:
             table = _put_atom(part.times_power(-exponent), mine[:, 0])
         if table is not None:

@@ -1,7 +1,7 @@
 """Two batches of unions as pairs of convex atoms: which of them matter, and what the door says of them.
 
-Two ways to the same answers: all pairs of all rows in few large calls, where the unions have few atoms; and row by
-row, by trees of boxes, where they have many.
+Two ways to the same answers: scalar kernels (`small_scenes`), where the unions have few atoms; and row by row, by
+trees of boxes, where they have many.
 """
 
 from __future__ import annotations
@@ -10,15 +10,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from refimpl.atoms import Group, candidates, groups, leaves, stacked_batches
-from refimpl.bounds import aabb
-from refimpl.boxtree import SLACK
+from refimpl.atoms import Group, candidates, groups, leaves
 from refimpl.escapes import Pairs, joined_pairs
-from refimpl.linear import Array, norm
+from refimpl.linear import Array
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
-from refimpl.shapes import HalfSpace, Point, Polyhedron
+from refimpl.shapes import Polyhedron
 from refimpl.signs import Indices
+from refimpl.small_scenes import SmallScene
 
 FEW_FACES = 256  # meshes of so many faces, or convex ones, are cut into pieces without asking what they meet
 FEW_PAIRS = 1024  # so many pairs of atoms are looked at without a tree
@@ -30,100 +29,6 @@ def ask(x: Proxy, y: Proxy) -> Separation:
     from refimpl.queries import distance  # noqa: PLC0415  the door needs the pair table, which names unions
 
     return distance(x, y)
-
-
-class Stack:
-    """Atoms of a batch of unions: kind by kind one batch of proxies, atom by atom, and in each all rows.
-
-    Attributes
-    ----------
-    kinds : list of Proxy
-        Atom i of row r of a kind is its proxy i·rows + r.
-    kind, place : (k,) int
-        Of each atom its kind, and its number there; in the order in which contacts name atoms.
-    center, half : (k, n, 3)
-        Boxes around the atoms; infinite around half-spaces.
-    """
-
-    def __init__(self, parts: Sequence[Proxy]) -> None:
-        self.rows = len(parts[0])
-        self.kinds: list[Proxy] = []
-        numbers: list[Indices] = []
-        for proxies, own in stacked_batches(parts):
-            self.kinds.append(proxies)
-            numbers.append(own)
-        count = sum(map(len, numbers))
-        self.kind, self.place = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
-        self.center, self.half = np.zeros((count, self.rows, 3)), np.zeros((count, self.rows, 3))
-        for kind, own in enumerate(numbers):
-            self.kind[own], self.place[own] = kind, np.arange(len(own))
-            center, half = _boxes(self.kinds[kind])
-            self.center[own] = center.reshape(len(own), self.rows, 3)
-            self.half[own] = half.reshape(len(own), self.rows, 3)
-
-    def __len__(self) -> int:
-        return len(self.kind)
-
-
-def _boxes(x: Proxy) -> tuple[Array, Array]:
-    if isinstance(x, HalfSpace):
-        return np.zeros((len(x), 3)), np.full((len(x), 3), np.inf)
-    if isinstance(x, Point):
-        return x.position, np.zeros((len(x), 3))
-    box = aabb(x)
-    half = (box.upper / 2 - box.lower / 2) + SLACK * np.maximum(np.abs(box.lower), np.abs(box.upper))
-    return box.lower / 2 + box.upper / 2, half
-
-
-class SmallScene:
-    """All pairs of atoms of all rows, kind by kind in one call."""
-
-    def __init__(self, a: Proxy, b: Proxy) -> None:
-        self.a, self.b = Stack(leaves(a)), Stack(leaves(b))
-        self.pair_count = len(self.a) * len(self.b)
-
-    def pairs(self, rows: Indices, moves: Array, within: Array | float = 0.0) -> Pairs:
-        """Pairs whose boxes meet, or are so near, after B has moved in some rows; they count these rows from 0."""
-        gap, _ = self._boxes_apart(rows, moves)
-        row, i, j = np.nonzero(gap <= np.broadcast_to(within, len(rows))[:, None, None])
-        return self._answers(rows, row, i, j, moves)
-
-    def nearest(self, rows: Indices) -> Pairs:
-        """Pairs that may be the nearest ones, or meet."""
-        gap, reach = self._boxes_apart(rows, np.zeros((len(rows), 3)))
-        least = np.min(reach, axis=(1, 2))
-        row, i, j = np.nonzero(gap <= least[:, None, None])
-        return self._answers(rows, row, i, j, np.zeros((len(rows), 3)))
-
-    def _boxes_apart(self, rows: Indices, moves: Array) -> tuple[Array, Array]:
-        """Least and largest distances of points of the boxes, (rows, atoms of a, atoms of b)."""
-        center_a, center_b = self.a.center[:, rows], self.b.center[:, rows] + moves
-        between = np.abs(center_a[:, None] - center_b[None])
-        both = self.a.half[:, None, rows] + self.b.half[None][:, :, rows]
-        slack = SLACK * (between + np.abs(moves))
-        gap, reach = norm(np.maximum(between - both - slack, 0.0)), _length(between + both + slack)
-        return np.moveaxis(gap, 2, 0), np.moveaxis(reach, 2, 0)
-
-    def _answers(self, rows: Indices, row: Indices, i: Indices, j: Indices, moves: Array) -> Pairs:
-        found = []
-        a, b = self.a, self.b
-        for kind_a, x in enumerate(a.kinds):
-            for kind_b, y in enumerate(b.kinds):
-                mine = np.flatnonzero((a.kind[i] == kind_a) & (b.kind[j] == kind_b))
-                if not len(mine):
-                    continue
-                which = row[mine]
-                u = x[a.place[i[mine]] * a.rows + rows[which]]
-                v = y[b.place[j[mine]] * b.rows + rows[which]]
-                if np.any(moves):
-                    v = v.translated(moves[which])
-                found.append(Pairs(which, i[mine], j[mine], ask(u, v)))
-        return joined_pairs(found)
-
-
-def _length(v: Array) -> Array:
-    with np.errstate(invalid="ignore"):
-        return np.where(np.any(np.isinf(v), axis=-1), np.inf, norm(v))
 
 
 class LargeScene:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import MutableSequence, Sequence
 
 from . import bodies, kernel
 from .atoms import (
     BOX,
     ELLIPSOID,
-    FACTOR,
     HALF_SPACE,
     HULL,
     KIND,
@@ -28,13 +27,12 @@ from .atoms import (
 )
 from .axes import three
 from .boxes import AXES as FRAME_AXES
-from .boxes import HALF
+from .boxes import HALF, TURNED, separation_of_boxes
 from .boxes import SEGMENT as LINE
-from .boxes import TURNED, separation_of_boxes
 from .curved import separation as separation_of_bodies
 from .gjk import store
-from .polytopes import DIRECTION, FACE, FIRST, N_VERTICES, OFFSET, Row, Scratch, first_edge, first_face
-from .polytopes_pair import Answer
+from .polytopes import DIRECTION, FACE, FACTOR, FIRST, N_VERTICES, OFFSET, Row, Scratch, first_edge, first_face
+from .polytopes_pair import HERE, Answer
 from .polytopes_pair import separation as separation_of_polytopes
 from .segments import separation_of_segments
 from .vectors import Vector, along, cross, dot, length, minus, opposite, perpendicular, plus, times, unit_or
@@ -118,16 +116,17 @@ def _geometry(atom: Row, shapes: Sequence[Row], box: Scratch, line: Scratch, poi
 
 
 @kernel
-def _between_polytopes(scene: Scene, a: Row, b: Row, offset: Vector) -> Answer:
+def _between_polytopes(
+    a: Row, shapes_a: Sequence[Row], b: Row, shapes_b: Sequence[Row], offset: Vector, work: Sequence[Scratch]
+) -> Answer:
     """Points, segments, boxes and hulls."""
-    work = scene.work
     pose = work[POSE_B]
     for i in range(3):
         pose[i] = a[i] + offset[i]
     for i in range(3, FACTOR + 1):
         pose[i] = b[i]
-    first = _geometry(a, scene.shapes_a, work[GEOMETRY_A], work[LINE_A], work[DOT])
-    second = _geometry(b, scene.shapes_b, work[GEOMETRY_B], work[LINE_B], work[DOT])
+    first = _geometry(a, shapes_a, work[GEOMETRY_A], work[LINE_A], work[DOT])
+    second = _geometry(b, shapes_b, work[GEOMETRY_B], work[LINE_B], work[DOT])
     return separation_of_polytopes(
         first, a, second, pose, work[PLACED_A], work[PLACED_B], work[SIMPLEX], work[LISTED_A], work[LISTED_B]
     )
@@ -170,20 +169,33 @@ def _put_body(atom: Row, shapes: Sequence[Row], offset: Vector, row: Scratch) ->
 
 
 @kernel
-def _with_curved(scene: Scene, a: Row, b: Row, offset: Vector) -> Answer:
-    """Bounded atoms, of which one at least is an ellipsoid or a cylinder."""
-    work, whole = scene.work, scene.whole
-    return separation_of_bodies(
-        _put_body(a, scene.shapes_a, (0.0, 0.0, 0.0), work[BODY_A]),
-        _put_body(b, scene.shapes_b, offset, work[BODY_B]),
-        work[SIMPLEX],
-        work[POINTS],
-        work[PLANES],
-        whole[FACETS],
-        whole[MARKS],
-        work[FACE_A],
-        work[FACE_B],
-    )
+def _between_cores(
+    a: Row,
+    shapes_a: Sequence[Row],
+    b: Row,
+    shapes_b: Sequence[Row],
+    offset: Vector,
+    work: Sequence[Scratch],
+    whole: Sequence[MutableSequence[int]],
+) -> Answer:
+    """Bounded atoms before they are widened, relative to the origin of the first, the kind of which comes first."""
+    if b[KIND] >= ELLIPSOID:
+        first = _put_body(a, shapes_a, HERE, work[BODY_A])
+        second = _put_body(b, shapes_b, offset, work[BODY_B])
+        return separation_of_bodies(
+            first,
+            second,
+            work[SIMPLEX],
+            work[POINTS],
+            work[PLANES],
+            whole[FACETS],
+            whole[MARKS],
+            work[FACE_A],
+            work[FACE_B],
+        )
+    if b[KIND] == HULL:
+        return _between_polytopes(a, shapes_a, b, shapes_b, offset, work)
+    return _with_box(a, b, offset, work) if b[KIND] == BOX else _between_segments(a, b, offset)
 
 
 @kernel
@@ -224,16 +236,10 @@ def answer(scene: Scene, i: int, j: int, move: Vector) -> Answer:
         return _with_half_space(scene, a, b, move)
     base = origin(a)
     offset = plus(minus(origin(b), base), move)
-    if a[KIND] >= ELLIPSOID or b[KIND] >= ELLIPSOID:
-        sigma, n, x, y = _with_curved(scene, a, b, offset)
-    elif a[KIND] <= SEGMENT and b[KIND] <= SEGMENT:
-        sigma, n, x, y = _between_segments(a, b, offset)
-    elif a[KIND] == HULL or b[KIND] == HULL:
-        sigma, n, x, y = _between_polytopes(scene, a, b, offset)
-    elif b[KIND] == BOX:
-        sigma, n, x, y = _with_box(a, b, offset, scene.work)
+    if a[KIND] <= b[KIND]:
+        sigma, n, x, y = _between_cores(a, scene.shapes_a, b, scene.shapes_b, offset, scene.work, scene.whole)
     else:
-        sigma, n, y, x = _with_box(b, a, opposite(offset), scene.work)
+        sigma, n, y, x = _between_cores(b, scene.shapes_b, a, scene.shapes_a, opposite(offset), scene.work, scene.whole)
         n, x, y = opposite(n), plus(x, offset), plus(y, offset)
     r, s = a[RADIUS], b[RADIUS]
     return sigma - (r + s), n, along(plus(base, x), r, n), along(plus(base, y), -s, n)

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence, Sequence
+from typing import NamedTuple
 
 from . import kernel
 from .atom_pairs import GAPS, ORDER, answer
-from .atoms import ANSWER, Scene, box_gap, prepare, support_gap
+from .atoms import ANSWER, Scene, box_gap, near, prepare, support_gap
+from .axes import three
 from .polytopes import Row, Scratch
 from .polytopes_pair import HERE, Answer
 from .vectors import Vector
-
 
 
 @kernel
@@ -101,20 +102,79 @@ def nearest(scene: Scene) -> tuple[int, int]:
     return _sort(scene.pairs, total, count, scene.whole[ORDER]), count
 
 
+class Batch(NamedTuple):
+    """Pairs of unions, row by row, and what a `Scene` of them needs besides."""
+
+    a: Sequence[Sequence[Row]]
+    b: Sequence[Sequence[Row]]
+    shapes_a: Sequence[Row]
+    shapes_b: Sequence[Row]
+    work: Sequence[Scratch]
+    whole: Sequence[MutableSequence[int]]
+    pairs: Sequence[Scratch]
+
+
 @kernel
-def separations(
-    unions_a: Sequence[Sequence[Row]],
-    unions_b: Sequence[Sequence[Row]],
-    shapes_a: Sequence[Row],
-    shapes_b: Sequence[Row],
-    work: Sequence[Scratch],
-    whole: Sequence[MutableSequence[int]],
-    pairs: Sequence[Scratch],
-    answers: Sequence[Scratch],
-) -> None:
+def scene_of(batch: Batch, row: int) -> Scene:
+    """One pair of a batch."""
+    return Scene(batch.a[row], batch.b[row], batch.shapes_a, batch.shapes_b, batch.work, batch.whole, batch.pairs)
+
+
+@kernel
+def separations(batch: Batch, answers: Sequence[Scratch]) -> None:
     """Answer a batch: signed distance of the nearest or deepest pair, its normal and witness points, 10 numbers."""
-    for row in range(len(unions_a)):
-        scene = Scene(unions_a[row], unions_b[row], shapes_a, shapes_b, work, whole, pairs)
-        nearest(scene)
+    for row in range(len(batch.a)):
+        nearest(scene_of(batch, row))
         for i in range(10):
-            answers[row][i] = pairs[0][i + 1]
+            answers[row][i] = batch.pairs[0][i + 1]
+
+
+@kernel
+def _meet(scene: Scene) -> bool:
+    """Whether two unions have a point in common; as soon as two atoms do."""
+    prepare(scene)
+    across, normal = len(scene.b), HERE
+    for key in range(len(scene.a) * across):
+        i, j = key // across, key % across
+        if box_gap(scene, i, j, HERE) == 0.0 and not (key > 0 and support_gap(scene, i, j, HERE, normal) > 0.0):
+            sigma, normal, _, _ = answer(scene, i, j, HERE)
+            if sigma <= 0.0:
+                return True
+    return False
+
+
+@kernel
+def meetings(batch: Batch, hits: MutableSequence[bool]) -> None:
+    """Answer a batch: whether unions have a point in common."""
+    for row in range(len(batch.a)):
+        hits[row] = _meet(scene_of(batch, row))
+
+
+@kernel
+def near_pairs(
+    batch: Batch, rows: Sequence[int], moves: Sequence[Row], within: Sequence[float], answers: Sequence[Scratch]
+) -> int:
+    """Answer the pairs whose boxes are near once B is moved, in some rows of a batch; gives how many there are.
+
+    Parameters
+    ----------
+    batch
+    rows, moves, within
+        For each question a row of the batch, a translation of B, and the largest gap of boxes that counts.
+    answers
+        `ANSWER` numbers for each pair, and the number of the question; with fewer rows, pairs are only counted.
+    """
+    count = 0
+    for question in range(len(rows)):
+        scene, move = scene_of(batch, rows[question]), three(moves[question], 0)
+        prepare(scene)
+        keys = scene.whole[ORDER]
+        listed = near(scene, move, within[question], keys)
+        for k in range(listed):
+            if count + k < len(answers):
+                across = len(scene.b)
+                found = answer(scene, keys[k] // across, keys[k] % across, move)
+                _write(answers[count + k], keys[k], found)
+                answers[count + k][ANSWER] = question
+        count += listed
+    return count
