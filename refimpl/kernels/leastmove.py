@@ -21,6 +21,8 @@ ROUNDED = 1e-13
 """Part of a level, or of the vector, by which rounding may miss a plane."""
 THIN = 1e-12
 """Determinants below say that constraints are the same, or contradict."""
+SUBSETS = ((-1, -1), (0, -1), (1, -1), (2, -1), (0, 1), (0, 2), (1, 2))
+"""Which of the constraints that hold a vector so far may hold it together with another one; −1 for none."""
 NOWHERE = (0.0, 0.0, 0.0)
 Corner = tuple[int, int, int]
 """Numbers of the up to three constraints that hold a vector; −1 for none."""
@@ -59,15 +61,9 @@ def _meeting(planes: Planes, i: int, j: int, k: int) -> tuple[Vector, bool]:
 @kernel
 def _held(planes: Planes, corner: Corner, last: int, slack: float) -> tuple[Vector, Corner, bool]:
     """Shortest vector for the constraints of a corner and one more that holds it for certain, if there is one."""
-    a, b, c = corner
-    for trial in range(7):
-        i = a if trial == 1 or trial == 4 or trial == 5 else (b if trial == 2 or trial == 6 else c)
-        j = c if trial > 4 else b
-        if trial == 0:
-            i, j = -1, -1
-        elif trial < 4:
-            j = -1
-        if (trial > 0 and i < 0) or (trial > 3 and j < 0):
+    for first, second in SUBSETS:
+        i, j = (corner[first] if first >= 0 else -1), (corner[second] if second >= 0 else -1)
+        if (first >= 0 and i < 0) or (second >= 0 and j < 0):
             continue
         t, right = _meeting(planes, last, i, j)
         if right:

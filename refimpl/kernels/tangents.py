@@ -1,20 +1,20 @@
 """What is known of the signed distances of pairs of convex atoms, as functions of B's translation: their tangents.
 
 Of a convex pair, the signed distance σ(t) after a translation t is a convex function. So its tangent where it was
-answered, n·(t' − t) + σ(t), is nowhere greater than σ(t'): where a tangent is not negative, the pair is surely free, and
-need not be answered again. Pairs are whole numbers; the tangents of each hang together in a list, the latest first.
+answered, n·(t' − t) + σ(t), is nowhere greater than σ(t'): where a tangent is not negative, the pair is surely free
+and need not be answered again. Pairs are whole numbers; the tangents of each make a list, the latest first.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
+from collections.abc import MutableSequence
 from typing import NamedTuple
 
 from . import kernel
 from .axes import three
 from .leastmove import LEVEL, PLANE
-from .vectors import Vector, dot
+from .vectors import Vector, dot, times
 
 Floats = MutableSequence[float]
 Ints = MutableSequence[int]
@@ -34,7 +34,7 @@ class Tangents(NamedTuple):
         The pair is free where n·t ≥ level.
     touch : 3 floats for each tangent
         The witness point on A.
-    count : one whole number
+    used : one whole number
         How many there are.
     """
 
@@ -44,46 +44,47 @@ class Tangents(NamedTuple):
     place: Ints
     plane: Floats
     touch: Floats
-    count: Ints
-
-
-ROOM = 1 << 13
-"""How many tangents fit; a search that needs more ends with what it has."""
-SLOPE = 1e-6
-"""Directions that rise less than this lead out of nothing."""
+    used: Ints
 
 
 @kernel
 def forget(known: Tangents) -> None:
     """Remove all tangents."""
-    for i in range(known.count[0]):
+    for i in range(known.used[0]):
         known.first[known.pair[i]] = 0
-    known.count[0] = 0
+    known.used[0] = 0
 
 
 @kernel
 def is_full(known: Tangents) -> bool:
     """Whether no tangent fits any more."""
-    return known.count[0] >= len(known.pair)
+    return known.used[0] >= len(known.pair)
 
 
 @kernel
 def learn(known: Tangents, pair: int, place: int, move: Vector, sigma: float, n: Vector, touch: Vector) -> None:
     """Add the tangent of a pair, from its finite signed distance, normal and witness point after a translation."""
-    i = known.count[0]
+    i = known.used[0]
     known.next[i], known.pair[i], known.place[i] = known.first[pair], pair, place
     at = PLANE * i
-    known.plane[at], known.plane[at + 1], known.plane[at + 2], known.plane[at + LEVEL] = *n, dot(n, move) - sigma
+    known.plane[at], known.plane[at + 1], known.plane[at + 2] = n
+    known.plane[at + LEVEL] = dot(n, move) - sigma
     at = 3 * i
     known.touch[at], known.touch[at + 1], known.touch[at + 2] = touch
     known.first[pair] = i + 1
-    known.count[0] = i + 1
+    known.used[0] = i + 1
 
 
 @kernel
 def height(known: Tangents, i: int, move: Vector) -> float:
     """Value of tangent number `i` after a translation."""
     return dot(three(known.plane, PLANE * i), move) - known.plane[PLANE * i + LEVEL]
+
+
+@kernel
+def foot(known: Tangents, i: int) -> Vector:
+    """Shortest translation from which on a tangent of an overlapping pair is not negative."""
+    return times(known.plane[PLANE * i + LEVEL], three(known.plane, PLANE * i))
 
 
 @kernel
@@ -109,28 +110,26 @@ def taken_at(known: Tangents, pair: int, place: int) -> int:
 
 
 @kernel
-def leave(known: Tangents, i: int, direction: Vector) -> float:
-    """Least multiple s ≥ 0 of a direction from which on a tangent is not negative; inf for none."""
-    level = known.plane[PLANE * i + LEVEL]
-    slope = dot(three(known.plane, PLANE * i), direction)
-    if level <= 0.0 and slope >= 0.0:
-        return 0.0
-    return level / slope if slope > SLOPE else math.inf
+def free_from(known: Tangents, i: int, direction: Vector, end: float, tolerance: float) -> float:
+    """Least multiple of a direction from which on, up to `end`, a tangent is not negative; inf for none."""
+    slope, level = dot(three(known.plane, PLANE * i), direction), known.plane[PLANE * i + LEVEL]
+    if slope * end - level < -tolerance:
+        return math.inf
+    return max(0.0, min(level / slope, end)) if slope > 0.0 else 0.0
 
 
 @kernel
-def soonest(known: Tangents, pair: int, direction: Vector) -> tuple[int, float]:
-    """Tangent of a pair that is left soonest along a direction, −1 for none, and from which multiple on."""
-    best, least = -1, math.inf
+def soonest(known: Tangents, pair: int, direction: Vector, end: float, tolerance: float) -> float:
+    """The same for all tangents of a pair: from where on it is surely free; inf where nothing is known."""
+    least = math.inf
     i = known.first[pair] - 1
     while i >= 0:
-        here = leave(known, i, direction)
-        if best < 0 or here < least:
-            best, least = i, here
+        least = min(least, free_from(known, i, direction, end, tolerance))
         i = known.next[i] - 1
-    return best, least
+    return least
 
 
-def touch_of(known: Tangents, i: int) -> Sequence[float]:
+@kernel
+def touch_of(known: Tangents, i: int) -> Vector:
     """Witness point on A of a tangent."""
     return three(known.touch, 3 * i)
