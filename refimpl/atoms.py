@@ -116,11 +116,7 @@ def _posed(part: Polyhedron, atoms: Atoms, number: int) -> Group:
 
 def stacked(parts: Sequence[Any]) -> Any:
     """Single proxies of one type as a batch; those of fewer planes or vertices than others repeat their last."""
-    return parts[0].broadcast_to((1,)) if len(parts) == 1 else side_by_side([part.broadcast_to((1,)) for part in parts])
-
-
-def side_by_side(parts: Sequence[Any]) -> Any:
-    """Batches of one type, one after the other; what has fewer planes or vertices than others repeats its last."""
+    parts = [part.broadcast_to((1,)) for part in parts]
     if len(parts) == 1:
         return parts[0]
     columns = [[value for value, _ in column] for column in zip(*(part._columns() for part in parts), strict=True)]

@@ -66,6 +66,11 @@ class Packed:
         return Packed(rows, self.shapes[used.astype(np.int64)])
 
 
+def atom_count(x: Proxy) -> int:
+    """Count the convex atoms of a union."""
+    return sum(len(part.pieces) if isinstance(part, Polyhedron) else 1 for part in leaves(x))
+
+
 def packed_pair(a: Proxy, b: Proxy, exponent: Any) -> tuple[Packed, Packed]:
     """Rows of two batches of unions, with one batch axis, each row scaled by 2^−exponent."""
     x, y = packed(a, exponent), packed(b, exponent)
@@ -76,7 +81,7 @@ def packed_pair(a: Proxy, b: Proxy, exponent: Any) -> tuple[Packed, Packed]:
 def packed(x: Proxy, exponent: Any) -> Packed:
     """Rows of a batch of unions; those of its half-spaces are still without the mark of what they face."""
     parts = leaves(x)
-    counts = [len(part.pieces) if isinstance(part, Polyhedron) else 1 for part in parts]
+    counts = [atom_count(part) for part in parts]
     rows = np.zeros((len(x), sum(counts), atoms.ATOM))
     rows[..., FACTOR] = 1.0
     tables: list[Array] = []
@@ -211,7 +216,7 @@ def _half_spaces(union: Proxy, rows: Packed) -> list[tuple[HalfSpace, Array]]:
     for part in leaves(union):
         if isinstance(part, HalfSpace):
             found.append((part, rows.atoms[:, start]))
-        start += len(part.pieces) if isinstance(part, Polyhedron) else 1
+        start += atom_count(part)
     return found
 
 

@@ -20,6 +20,7 @@ from refimpl import (
     Sphere,
     distance,
     intersect,
+    large_meshes,
     raycast,
     scenes,
 )
@@ -169,8 +170,8 @@ def test_trees_answer_as_all_pairs_do(kind, monkeypatch):
     mesh, other = make(Polyhedron, rng, 1.0), make(kind, rng, 1.0)
     few = distance(mesh, other)
     hit = intersect(mesh, other)
-    monkeypatch.setattr(scenes, "FEW_FACES", 0)
-    monkeypatch.setattr(scenes, "FEW_PAIRS", 0)
+    monkeypatch.setattr(large_meshes, "FEW_FACES", 0)
+    monkeypatch.setattr(scenes, "MOST_PAIRS", 1)
     many = distance(mesh, other)
     apart = few.distance > 1e-9
     assert np.all(np.abs(few.distance - many.distance)[apart] <= 1e-13 * size_of(mesh, other)[apart])

@@ -37,14 +37,15 @@ from .polytopes_pair import separation as separation_of_polytopes
 from .segments import separation_of_segments
 from .vectors import Vector, along, cross, dot, length, minus, opposite, perpendicular, plus, times, unit_or
 
-PLACED_A, PLACED_B, SIMPLEX, LISTED_A, LISTED_B, FRAME_A, FRAME_B, POSE_B = 2, 3, 4, 5, 6, 7, 8, 9
-GEOMETRY_A, GEOMETRY_B, LINE_A, LINE_B, DOT = 10, 11, 12, 13, 14
-BODY_A, BODY_B, FACE_A, FACE_B, POINTS, PLANES = 15, 16, 17, 18, 19, 20
-GAPS, ROWS = 21, 22
-"""Rows of a scene's scratch space, after the boxes: what polytopes and boxes need; geometries of boxes, segments and
-points, of which all but the sizes is written already; what curved bodies need; and a number for each pair of atoms."""
-FACETS, MARKS, ORDER, WHOLE = 0, 1, 2, 3
-"""Rows of whole numbers."""
+PLACED_A, PLACED_B, SIMPLEX, LISTED_A, LISTED_B, FRAME_A, FRAME_B, POSE_B = 4, 5, 6, 7, 8, 9, 10, 11
+GEOMETRY_A, GEOMETRY_B, LINE_A, LINE_B, DOT = 12, 13, 14, 15, 16
+BODY_A, BODY_B, FACE_A, FACE_B, POINTS, PLANES = 17, 18, 19, 20, 21, 22
+GAPS, ROWS = 23, 24
+"""Rows of a scene's scratch space, after those of `nearby`: what polytopes and boxes need; geometries of boxes,
+segments and points, of which all but the sizes is written already; what curved bodies need; a number for each pair of
+atoms."""
+FACETS, MARKS, KEYS, ORDER, WHOLE = 1, 2, 3, 4, 5
+"""Rows of whole numbers, after that of `nearby`."""
 
 
 @kernel

@@ -12,12 +12,14 @@ from collections.abc import MutableSequence, Sequence
 from typing import NamedTuple
 
 from . import kernel
-from .atom_pairs import GAPS, ORDER, answer
-from .atoms import ANSWER, Scene, box_gap, near, prepare, support_gap
-from .axes import three
+from .atom_pairs import GAPS, KEYS, ORDER, answer
+from .atoms import ANSWER, HALF_SPACE, KIND, Scene, support_gap
+from .escapes import way_out
+from .nearby import box_gap, near, prepare, promising
 from .polytopes import Row, Scratch
 from .polytopes_pair import HERE, Answer
 from .vectors import Vector
+from .ways import Search
 
 
 @kernel
@@ -40,7 +42,7 @@ def _ask(scene: Scene, key: int, count: int, best: float, normal: Vector) -> tup
         if apart > 0.0 and apart >= best:
             return count, best, normal
     found = answer(scene, i, j, HERE)
-    _write(scene.pairs[len(scene.a) * across + count], key, found)
+    _write(scene.pairs[len(scene.pairs) // 2 + count], key, found)
     if found[0] < best:
         best, normal = found[0], found[1]
     return count + 1, best, normal
@@ -79,27 +81,60 @@ def _sort(pairs: Sequence[Scratch], start: int, count: int, order: MutableSequen
 
 
 @kernel
+def _nearest_of_few(scene: Scene, count: int, best: float, normal: Vector) -> int:
+    """Answer pairs whose boxes are apart, the nearest boxes first, as long as they promise less than the best."""
+    across = len(scene.b)
+    total, gaps = len(scene.a) * across, scene.work[GAPS]
+    for key in range(total):
+        gap = box_gap(scene, key // across, key % across, HERE)
+        gaps[key] = gap if gap > 0.0 else math.inf
+    key = _least(gaps, total)
+    while gaps[key] < best:
+        gaps[key] = math.inf
+        count, best, normal = _ask(scene, key, count, best, normal)
+        key = _least(gaps, total)
+    return count
+
+
+@kernel
+def _nearest_of_many(scene: Scene, count: int, best: float, normal: Vector) -> int:
+    """The same, as they come; −1 where there is no room for all that are near."""
+    across, keys = len(scene.b), scene.whole[KEYS]
+    if count == 0:
+        count, best, normal = _ask(scene, promising(scene, HERE), count, best, normal)
+    known = int(scene.pairs[len(scene.pairs) // 2][0])
+    listed = near(scene, HERE, best, keys)
+    if count + listed > len(scene.pairs) // 2:
+        return -1
+    for k in range(listed):
+        gap = box_gap(scene, keys[k] // across, keys[k] % across, HERE)
+        if 0.0 < gap < best and keys[k] != known:
+            count, best, normal = _ask(scene, keys[k], count, best, normal)
+    return count
+
+
+@kernel
 def nearest(scene: Scene) -> tuple[int, int]:
     """Answer the pairs that can be nearest, or overlap; gives how many overlap, and how many are answered.
 
-    They are left in `scene.pairs`, `ANSWER` numbers each, sorted by their distance.
+    They are left in `scene.pairs`, `ANSWER` numbers each, sorted by their distance. −1 for both where there is no
+    room for them.
     """
     prepare(scene)
-    across = len(scene.b)
-    total, gaps = len(scene.a) * across, scene.work[GAPS]
-    count, best, normal = 0, math.inf, HERE
-    for key in range(total):
-        gaps[key] = box_gap(scene, key // across, key % across, HERE)
-        if gaps[key] == 0.0:
-            count, best, normal = _ask(scene, key, count, best, normal)
-            gaps[key] = math.inf
-    while best > 0.0:
-        key = _least(gaps, total)
-        if gaps[key] >= best:
-            break
-        gaps[key] = math.inf
-        count, best, normal = _ask(scene, key, count, best, normal)
-    return _sort(scene.pairs, total, count, scene.whole[ORDER]), count
+    keys, room, count, best, normal = scene.whole[KEYS], len(scene.pairs) // 2, 0, math.inf, HERE
+    meeting = near(scene, HERE, 0.0, keys)
+    if meeting > room:
+        return -1, -1
+    for k in range(meeting):
+        count, best, normal = _ask(scene, keys[k], count, best, normal)
+    if best > 0.0:
+        if len(scene.a) * len(scene.b) <= room:
+            count = _nearest_of_few(scene, count, best, normal)
+        else:
+            count = _nearest_of_many(scene, count, best, normal)
+    if count < 0:
+        return -1, -1
+    return _sort(scene.pairs, room, count, scene.whole[ORDER]), count
 
 
 class Batch(NamedTuple):
@@ -121,60 +156,65 @@ def scene_of(batch: Batch, row: int) -> Scene:
 
 
 @kernel
-def separations(batch: Batch, answers: Sequence[Scratch]) -> None:
-    """Answer a batch: signed distance of the nearest or deepest pair, its normal and witness points, 10 numbers."""
-    for row in range(len(batch.a)):
-        nearest(scene_of(batch, row))
-        for i in range(10):
-            answers[row][i] = batch.pairs[0][i + 1]
+def _answered(scene: Scene, search: Search, tolerance: float, row: Scratch) -> bool:
+    """Answer one pair of unions; whether there was room."""
+    overlapping, answered = nearest(scene)
+    if overlapping < 0:
+        return False
+    alone_a, alone_b = len(scene.a) == 1, len(scene.b) == 1
+    # a single half-space is left by all along its normal, by the deepest last
+    plain = (alone_a and scene.a[0][KIND] == HALF_SPACE) or (alone_b and scene.b[0][KIND] == HALF_SPACE)
+    if overlapping > 0 and not plain and not (alone_a and alone_b):
+        way_out(scene, search, overlapping, answered, tolerance, row)
+        return True
+    for i in range(10):
+        row[i] = scene.pairs[0][i + 1]
+    row[10] = max(0.0, -row[0])
+    return True
 
 
 @kernel
-def _meet(scene: Scene) -> bool:
-    """Whether two unions have a point in common; as soon as two atoms do."""
+def separations(
+    batch: Batch, search: Search, tolerances: Sequence[float], first: int, answers: Sequence[Scratch]
+) -> int:
+    """Answer a batch from row `first` on, as far as there is room; gives the row that it comes to.
+
+    Signed distance, normal, witness points, and a length below which no translation separates: 11 numbers a row.
+    """
+    for row in range(first, len(batch.a)):
+        if not _answered(scene_of(batch, row), search, tolerances[row], answers[row]):
+            return row
+    return len(batch.a)
+
+
+@kernel
+def _meet(scene: Scene) -> int:
+    """Whether two unions have a point in common, 1 or 0; −1 where there is no room. As soon as two atoms have one."""
     prepare(scene)
-    across, normal = len(scene.b), HERE
-    for key in range(len(scene.a) * across):
-        i, j = key // across, key % across
-        if box_gap(scene, i, j, HERE) == 0.0 and not (key > 0 and support_gap(scene, i, j, HERE, normal) > 0.0):
+    across, keys, normal = len(scene.b), scene.whole[KEYS], HERE
+    meeting = near(scene, HERE, 0.0, keys)
+    if meeting > len(keys):
+        return -1
+    for k in range(meeting):
+        i, j = keys[k] // across, keys[k] % across
+        if k == 0 or support_gap(scene, i, j, HERE, normal) <= 0.0:
             sigma, normal, _, _ = answer(scene, i, j, HERE)
             if sigma <= 0.0:
-                return True
-    return False
+                return 1
+    return 0
 
 
 @kernel
-def meetings(batch: Batch, hits: MutableSequence[bool]) -> None:
-    """Answer a batch: whether unions have a point in common."""
-    for row in range(len(batch.a)):
+def meetings(batch: Batch, first: int, hits: MutableSequence[int]) -> int:
+    """Answer whether unions have a point in common, from row `first` on; gives the row that it comes to."""
+    for row in range(first, len(batch.a)):
         hits[row] = _meet(scene_of(batch, row))
+        if hits[row] < 0:
+            return row
+    return len(batch.a)
 
 
 @kernel
-def near_pairs(
-    batch: Batch, rows: Sequence[int], moves: Sequence[Row], within: Sequence[float], answers: Sequence[Scratch]
-) -> int:
-    """Answer the pairs whose boxes are near once B is moved, in some rows of a batch; gives how many there are.
-
-    Parameters
-    ----------
-    batch
-    rows, moves, within
-        For each question a row of the batch, a translation of B, and the largest gap of boxes that counts.
-    answers
-        `ANSWER` numbers for each pair, and the number of the question; with fewer rows, pairs are only counted.
-    """
-    count = 0
-    for question in range(len(rows)):
-        scene, move = scene_of(batch, rows[question]), three(moves[question], 0)
-        prepare(scene)
-        keys = scene.whole[ORDER]
-        listed = near(scene, move, within[question], keys)
-        for k in range(listed):
-            if count + k < len(answers):
-                across = len(scene.b)
-                found = answer(scene, keys[k] // across, keys[k] % across, move)
-                _write(answers[count + k], keys[k], found)
-                answers[count + k][ANSWER] = question
-        count += listed
-    return count
+def contacts(batch: Batch) -> tuple[int, int]:
+    """Overlapping pairs of atoms of the only row of a batch, as `nearest` gives them."""
+    return nearest(scene_of(batch, 0))

@@ -15,8 +15,9 @@ from typing import NamedTuple
 
 from . import kernel
 from .atom_pairs import answer
-from .atoms import Scene, near, support_gap
+from .atoms import Scene, support_gap
 from .leastmove import LEVEL, PLANE, Corner, shortest
+from .nearby import near
 from .tangents import Floats, Ints, Tangents, foot, height, highest, is_full, learn, soonest, taken_at, touch_of
 from .vectors import Vector, dot, length, times, unit_or
 
