@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -91,7 +92,7 @@ def packed(x: Proxy, exponent: Any) -> Packed:
         if isinstance(part, Polyhedron):
             table: Array | None = _put_pieces(part, exponent, mine)
         else:
-            table = _put_atom(part.times_power(-exponent), mine[:, 0])
+            table = _put_atom(part, exponent, mine[:, 0])
         if table is not None:
             mine[..., atoms.SHAPE] += known
             tables.append(table)
@@ -100,16 +101,17 @@ def packed(x: Proxy, exponent: Any) -> Packed:
     return Packed(rows, _stacked(tables))
 
 
-def _put_atom(x: Proxy, rows: Array) -> Array | None:
+def _put_atom(shape: Proxy, exponent: NDArray[np.int64], rows: Array) -> Array | None:
     """Write the rows of one convex part; gives the table of its geometries, where it has one."""
     rows[:, NINE] = np.eye(3).ravel()
+    if isinstance(shape, KDOP | ConvexPolyhedron):
+        return _put_hull(shape, exponent, rows)
+    x = shape.times_power(-exponent)
     match x:
         case HalfSpace():
             rows[:, atoms.KIND] = atoms.HALF_SPACE
             rows[:, atoms.MATRIX : atoms.MATRIX + 3], rows[:, atoms.SIZES] = unit_plane(x)
             return None
-        case KDOP() | ConvexPolyhedron():
-            return _put_hull(x, rows)
         case Ellipsoid() | Cylinder():
             body = body_rows(x)
             rows[:, :3] = body[:, CENTER:AXES]
@@ -134,13 +136,13 @@ def _put_atom(x: Proxy, rows: Array) -> Array | None:
     return None
 
 
-def _put_hull(x: KDOP | ConvexPolyhedron, rows: Array) -> Array:
-    derived = x.derived()
+def _put_hull(x: KDOP | ConvexPolyhedron, exponent: NDArray[np.int64], rows: Array) -> Array:
+    derived = x.derived().times_power(-exponent)  # what the hull itself was made of need not be scaled
     table, middles = _rows_of(derived.table)
     rows[:, :3] = np.ldexp(middles[derived.which], derived.exponent[:, None])
     if isinstance(x, ConvexPolyhedron):
         matrix = rotation_matrix(x.rotation)
-        rows[:, :3] = x.position + apply(matrix, rows[:, :3])
+        rows[:, :3] = np.ldexp(x.position, -exponent[:, None]) + apply(matrix, rows[:, :3])
         rows[:, NINE] = matrix.reshape(-1, 9)
     rows[:, FACTOR], rows[:, atoms.KIND] = np.ldexp(1.0, derived.exponent), atoms.HULL
     rows[:, atoms.SHAPE] = derived.which
@@ -220,6 +222,7 @@ def _half_spaces(union: Proxy, rows: Packed) -> list[tuple[HalfSpace, Array]]:
     return found
 
 
+@cache
 def fixed_rows() -> tuple[Array, Array, Array]:
     """Geometries of a box, a segment and a point, whose sizes the kernels fill in."""
     one = np.ones((1, 3))
