@@ -130,7 +130,7 @@ class Scenes:
         answers, tolerances = (numbers(c, self.module) for c in (np.zeros((count, 11)), ROUNDING * self.size))
         done = 0
         while done < count:
-            search = search_room(self.pairs, self.module)
+            search = search_room(self.pairs, self.room, self.module)
             done = self.module.separations(self.batch, search, tolerances, done, answers)
             if done < count:
                 self._enlarge()

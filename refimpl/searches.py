@@ -11,17 +11,29 @@ from refimpl.kernels.leastmove import PLANE
 from refimpl.kernels.tangents import Tangents
 from refimpl.kernels.ways import Search
 
+CHAINS = 1 << 16
+"""So many lists of tangents at most; more pairs share them."""
+
 
 def _whole(size: int, module: ModuleType) -> Any:
     return buffer(size, module, whole=True)
 
 
-def search_room(pairs: int, module: ModuleType) -> Search:
-    """Make room for searches with so many pairs of atoms; what does not fit ends a search early."""
-    tangents, planes = 512 + 8 * pairs, 64 + 2 * pairs
+def search_room(pairs: int, room: int, module: ModuleType) -> Search:
+    """Make room for searches.
 
+    Parameters
+    ----------
+    pairs : int
+        How many pairs of atoms there are.
+    room : int
+        How many of them may be near each other at once, and all answered.
+    module
+        The kernels' own, which says what they read.
+    """
+    tangents, planes = 512 + 8 * room, 64 + 2 * room
     known = Tangents(
-        first=_whole(pairs, module),
+        first=_whole(min(pairs, CHAINS), module),
         next=_whole(tangents, module),
         pair=_whole(tangents, module),
         place=_whole(tangents, module),
@@ -30,10 +42,11 @@ def search_room(pairs: int, module: ModuleType) -> Search:
         used=_whole(1, module),
     )
     return Search(
-        known,
-        buffer(PLANE * planes, module),
-        _whole(planes, module),
-        _whole(pairs, module),
-        _whole(1, module),
-        buffer(AROUND, module),
+        known=known,
+        planes=buffer(PLANE * planes, module),
+        source=_whole(planes, module),
+        listed=_whole(room, module),
+        places=_whole(1, module),
+        short=_whole(1, module),
+        reach=buffer(AROUND, module),
     )

@@ -36,8 +36,6 @@ AROUND = 27
 """Directions to the middles of the sides, edges and corners of a cube, and none."""
 HULL_WAYS = 6
 """Of these directions, so many are tried: those along which the convex hulls part soonest."""
-CONTACT_WAYS = 8
-"""So many of the deepest pairs' normals are tried."""
 
 
 SLACK = 1.5
@@ -48,8 +46,8 @@ SLACK = 1.5
 def _begin(scene: Scene, search: Search, answered: int) -> None:
     """Forget the last scene; take the tangents of the pairs that have been answered, the deepest first."""
     forget(search.known)
-    search.places[0] = START
-    for k in range(min(answered, len(search.known.pair))):
+    search.places[0], search.short[0] = START, 0
+    for k in range(answered):
         row = scene.pairs[k]
         learn(search.known, int(row[0]), START, HERE, row[1], three(row, 2), three(row, 5))
 
@@ -80,12 +78,9 @@ def _tried(scene: Scene, search: Search, n: Vector, reach: float, limit: float, 
 
 
 @kernel
-def _tried_all(scene: Scene, search: Search, overlapping: int, way: Way, lower: float, tolerance: float) -> Way:
+def _tried_all(scene: Scene, search: Search, way: Way, lower: float, tolerance: float) -> Way:
     """The shortest of a way and those that start along several directions."""
     limit = SLACK * long(way)
-    for k in range(min(overlapping, CONTACT_WAYS)):
-        n = three(scene.pairs[k], 2)
-        way = shorter(way, _tried(scene, search, n, _reach(scene, n), limit, lower, tolerance))
     for i in range(AROUND):
         search.reach[i] = math.inf if i == AROUND // 2 else _reach(scene, _around(i))
     for _ in range(HULL_WAYS):
@@ -121,12 +116,12 @@ def escape(scene: Scene, search: Search, overlapping: int, lower: float, toleran
             descended(scene, search, other, lower, tolerance), descended(scene, search, way, lower, tolerance)
         )
     if long(way) > lower + 2.0 * tolerance:
-        way = _tried_all(scene, search, overlapping, way, lower, tolerance)
+        way = _tried_all(scene, search, way, lower, tolerance)
     return way
 
 
 @kernel
-def way_out(scene: Scene, search: Search, overlapping: int, answered: int, tolerance: float, result: Scratch) -> None:
+def way_out(scene: Scene, search: Search, overlapping: int, answered: int, tolerance: float, result: Scratch) -> bool:
     """Write the answer for two unions that overlap: 11 numbers.
 
     The signed distance, minus the length of a translation that frees, −inf where none was found; the normal and the
@@ -141,7 +136,7 @@ def way_out(scene: Scene, search: Search, overlapping: int, answered: int, toler
     if not way.found:
         write(result, -math.inf, UNKNOWN, UNKNOWN, UNKNOWN)
         result[10] = lower
-        return
+        return search.short[0] == 0
     way, touch = drawn_back(scene, search, way, tolerance)
     depth = long(way)
     n = unit_or(way.move, three(deepest, 2))
@@ -149,3 +144,4 @@ def way_out(scene: Scene, search: Search, overlapping: int, answered: int, toler
         touch = three(deepest, 5)
     write(result, -depth, n, touch, along(touch, -depth, n))
     result[10] = min(lower, depth)
+    return search.short[0] == 0

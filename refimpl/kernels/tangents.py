@@ -2,7 +2,7 @@
 
 Of a convex pair, the signed distance σ(t) after a translation t is a convex function. So its tangent where it was
 answered, n·(t' − t) + σ(t), is nowhere greater than σ(t'): where a tangent is not negative, the pair is surely free
-and need not be answered again. Pairs are whole numbers; the tangents of each make a list, the latest first.
+and need not be answered again. Pairs are whole numbers; their tangents hang in chains, the latest first.
 """
 
 from __future__ import annotations
@@ -25,11 +25,12 @@ class Tangents(NamedTuple):
 
     Attributes
     ----------
-    first : a whole number for each pair
-        Its latest tangent, counted from 1; 0 for none.
+    first : whole numbers
+        Chain number pair % len(first) holds the tangents of a pair, maybe among those of others: here is its latest
+        one, counted from 1; 0 for none.
     next, pair, place : whole numbers, for each tangent
-        The one of the same pair before it, counted likewise; its pair; the number of the translation at which it
-        was taken.
+        The one before it in its chain, counted likewise; its pair; the number of the translation at which it was
+        taken.
     plane : 4 floats for each tangent
         The pair is free where n·t ≥ level.
     touch : 3 floats for each tangent
@@ -51,7 +52,7 @@ class Tangents(NamedTuple):
 def forget(known: Tangents) -> None:
     """Remove all tangents."""
     for i in range(known.used[0]):
-        known.first[known.pair[i]] = 0
+        known.first[known.pair[i] % len(known.first)] = 0
     known.used[0] = 0
 
 
@@ -65,13 +66,14 @@ def is_full(known: Tangents) -> bool:
 def learn(known: Tangents, pair: int, place: int, move: Vector, sigma: float, n: Vector, touch: Vector) -> None:
     """Add the tangent of a pair, from its finite signed distance, normal and witness point after a translation."""
     i = known.used[0]
-    known.next[i], known.pair[i], known.place[i] = known.first[pair], pair, place
+    chain = pair % len(known.first)
+    known.next[i], known.pair[i], known.place[i] = known.first[chain], pair, place
     at = PLANE * i
     known.plane[at], known.plane[at + 1], known.plane[at + 2] = n
     known.plane[at + LEVEL] = dot(n, move) - sigma
     at = 3 * i
     known.touch[at], known.touch[at + 1], known.touch[at + 2] = touch
-    known.first[pair] = i + 1
+    known.first[chain] = i + 1
     known.used[0] = i + 1
 
 
@@ -91,10 +93,10 @@ def foot(known: Tangents, i: int) -> Vector:
 def highest(known: Tangents, pair: int, move: Vector) -> tuple[int, float]:
     """Tangent of a pair that is greatest after a translation, −1 for none, and its value there: no more than σ is."""
     best, most = -1, -math.inf
-    i = known.first[pair] - 1
+    i = known.first[pair % len(known.first)] - 1
     while i >= 0:
         here = height(known, i, move)
-        if here > most:
+        if here > most and known.pair[i] == pair:
             best, most = i, here
         i = known.next[i] - 1
     return best, most
@@ -103,8 +105,8 @@ def highest(known: Tangents, pair: int, move: Vector) -> tuple[int, float]:
 @kernel
 def taken_at(known: Tangents, pair: int, place: int) -> int:
     """Tangent of a pair that was taken at a translation; −1 for none."""
-    i = known.first[pair] - 1
-    while i >= 0 and known.place[i] != place:
+    i = known.first[pair % len(known.first)] - 1
+    while i >= 0 and not (known.place[i] == place and known.pair[i] == pair):
         i = known.next[i] - 1
     return i
 
@@ -122,9 +124,10 @@ def free_from(known: Tangents, i: int, direction: Vector, end: float, tolerance:
 def soonest(known: Tangents, pair: int, direction: Vector, end: float, tolerance: float) -> float:
     """The same for all tangents of a pair: from where on it is surely free; inf where nothing is known."""
     least = math.inf
-    i = known.first[pair] - 1
+    i = known.first[pair % len(known.first)] - 1
     while i >= 0:
-        least = min(least, free_from(known, i, direction, end, tolerance))
+        if known.pair[i] == pair:
+            least = min(least, free_from(known, i, direction, end, tolerance))
         i = known.next[i] - 1
     return least
 

@@ -165,8 +165,7 @@ def _answered(scene: Scene, search: Search, tolerance: float, row: Scratch) -> b
     # a single half-space is left by all along its normal, by the deepest last
     plain = (alone_a and scene.a[0][KIND] == HALF_SPACE) or (alone_b and scene.b[0][KIND] == HALF_SPACE)
     if overlapping > 0 and not plain and not (alone_a and alone_b):
-        way_out(scene, search, overlapping, answered, tolerance, row)
-        return True
+        return way_out(scene, search, overlapping, answered, tolerance, row)
     for i in range(10):
         row[i] = scene.pairs[0][i + 1]
     row[10] = max(0.0, -row[0])

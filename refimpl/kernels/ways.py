@@ -22,6 +22,8 @@ from .tangents import Floats, Ints, Tangents, foot, height, highest, is_full, le
 from .vectors import Vector, dot, length, times, unit_or
 
 ROUNDS, DESCENTS = 64, 3
+MOST_BACK = 4096
+"""So many pairs are looked at to draw a way back; there is room for them."""
 GAIN = 1e-9
 """A descent goes on as long as it shortens the way by this part."""
 SLOPE = 1e-6
@@ -45,6 +47,8 @@ class Search(NamedTuple):
         Pairs that are near.
     places
         One number: how many translations have been looked at.
+    short
+        One number: 1 once there was no room for something, so that nothing that is found may count.
     reach
         Lengths of ways along directions.
     """
@@ -54,6 +58,7 @@ class Search(NamedTuple):
     source: Ints
     listed: Ints
     places: Ints
+    short: Ints
     reach: Floats
 
 
@@ -91,6 +96,25 @@ def long(way: Way) -> float:
 def shorter(way: Way, other: Way) -> Way:
     """The shorter one of two ways; the first, where they are equal."""
     return other if long(other) < long(way) else way
+
+
+@kernel
+def _near(scene: Scene, search: Search, move: Vector, within: float) -> int:
+    """List the pairs that are near after a translation."""
+    count = near(scene, move, within, search.listed)
+    if count > len(search.listed):
+        search.short[0] = 1
+        return 0
+    return count
+
+
+@kernel
+def _is_full(search: Search, planes: int) -> bool:
+    """Whether there is no room for one more tangent, or plane after so many."""
+    full = is_full(search.known) or planes >= len(search.source)
+    if full:
+        search.short[0] = 1
+    return full
 
 
 @kernel
@@ -137,18 +161,18 @@ def _blocked(scene: Scene, search: Search, move: Vector, place: int, tolerance: 
     that is known of the distances of all pairs near each other.
     """
     known, least = search.known, math.inf
-    for k in range(near(scene, move, 0.0, search.listed)):
+    for k in range(_near(scene, search, move, 0.0)):
         pair = search.listed[k]
         best, sigma = highest(known, pair, move)
         if sigma < -tolerance and taken_at(known, pair, place) < 0:
-            if is_full(known):
+            if _is_full(search, 0):
                 return -1, -math.inf
             if best < 0 and _parted(scene, search, pair, move):
                 sigma = highest(known, pair, move)[1]
             else:
                 sigma = _ask(scene, search, pair, move, place)
         if sigma < -tolerance:
-            if sigma == -math.inf or count >= len(search.source):
+            if sigma == -math.inf or _is_full(search, count):
                 return -1, -math.inf
             count = _respect(search, count, taken_at(known, pair, place))
         least = min(least, sigma)
@@ -176,7 +200,9 @@ def freed(scene: Scene, search: Search, count: int, limit: float, tolerance: flo
 def freed_from_start(scene: Scene, search: Search, deepest: int, limit: float, tolerance: float) -> Way:
     """The same from the tangents number 0 to `deepest` on, which are those of the pairs that overlap at first."""
     count = 0
-    for i in range(min(deepest, len(search.source))):
+    for i in range(deepest):
+        if _is_full(search, count):
+            return no_way()
         count = _respect(search, count, i)
     return freed(scene, search, count, limit, tolerance)
 
@@ -196,10 +222,10 @@ def _planes_at(scene: Scene, search: Search, way: Way) -> int:
 
     Gives how many, −1 where there is no room for them.
     """
-    known, count = search.known, near(scene, way.move, 0.0, search.listed)
-    if count > len(search.source):
-        return -1
+    known, count = search.known, _near(scene, search, way.move, 0.0)
     for k in range(count):
+        if _is_full(search, k):
+            return -1
         _respect(search, k, highest(known, search.listed[k], way.move)[0])
     for _ in range(count):
         k = _stale(search, shortest(search.planes, count)[1], way.place)
@@ -207,7 +233,7 @@ def _planes_at(scene: Scene, search: Search, way: Way) -> int:
             break
         pair = search.listed[k]
         if taken_at(known, pair, way.place) < 0:
-            if is_full(known):
+            if _is_full(search, k):
                 return -1
             _ask(scene, search, pair, way.move, way.place)
         _respect(search, k, taken_at(known, pair, way.place))
@@ -267,7 +293,7 @@ def _touching(scene: Scene, search: Search, way: Way) -> tuple[float, Vector]:
     known = search.known
     for _ in range(len(search.listed)):
         nearest, least = -1, math.inf
-        for k in range(near(scene, way.move, 0.0, search.listed)):
+        for k in range(_near(scene, search, way.move, 0.0)):
             best, here = highest(known, search.listed[k], way.move)
             if here < least:
                 nearest, least = best, here
@@ -279,7 +305,7 @@ def _touching(scene: Scene, search: Search, way: Way) -> tuple[float, Vector]:
         here = taken_at(known, pair, way.place)
         if here >= 0:
             return height(known, here, way.move), touch_of(known, here)
-        if is_full(known):
+        if _is_full(search, 0):
             break
         _ask(scene, search, pair, way.move, way.place)
     return math.inf, UNKNOWN
@@ -289,10 +315,13 @@ def _touching(scene: Scene, search: Search, way: Way) -> tuple[float, Vector]:
 def _way_back(scene: Scene, search: Search, way: Way, direction: Vector, size: float, tolerance: float) -> float:
     """How much of a way is left when going back to the foot of the first tangent."""
     left, known = 0.0, search.known
-    for k in range(near(scene, way.move, size, search.listed)):
+    count = near(scene, way.move, size, search.listed)
+    if count > MOST_BACK:
+        return size
+    for k in range(count):
         pair = search.listed[k]
         if soonest(known, pair, direction, size, tolerance) > left:
-            if taken_at(known, pair, way.place) < 0 and not is_full(known):
+            if taken_at(known, pair, way.place) < 0 and not _is_full(search, 0):
                 _ask(scene, search, pair, way.move, way.place)
             left = max(left, min(size, soonest(known, pair, direction, size, tolerance)))
     return left
