@@ -411,7 +411,7 @@ def test_what_is_no_union_is_refused(build, why):
 
 def test_the_shortest_vector_beyond_planes():
     corner = [1.0, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3]
-    assert shortest(corner, 3) == ((1.0, 2.0, 3.0), (2, 1, 0), True)
+    assert shortest(corner, 3) == ((1.0, 2.0, 3.0), (0, 1, 2), True)
     assert shortest(corner, 1) == ((1.0, 0.0, 0.0), (0, -1, -1), True)
     assert not shortest([1.0, 0, 0, 1, -1, 0, 0, 1, 0, 1, 0, 0], 3)[2]
     assert shortest([1.0, 0, 0, 1, 0.6, 0.8, 0, 0.1], 2) == ((1.0, 0.0, 0.0), (0, -1, -1), True)
