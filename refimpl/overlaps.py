@@ -12,12 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from refimpl.algorithms.surfaces import points_surface
+from refimpl.algorithms.surfaces import mesh_heights
+from refimpl.balls import are_cut, depth_of_balls
 from refimpl.large_meshes import has_large_mesh, surfaces_apart
-from refimpl.linear import Array, Bools, apply, apply_inverse, rotation_matrix, scale
+from refimpl.linear import Array, Bools, scale
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
-from refimpl.scenes import scenes
+from refimpl.scenes import ROUNDING, scenes
 from refimpl.shapes import Point, Polyhedron, Sphere
 
 
@@ -89,10 +90,19 @@ def _by_atoms(a: Proxy, b: Proxy) -> Overlaps:
 
 def _by_pieces(a: Proxy, b: Proxy) -> Overlaps:
     found = [there.separations() for there in scenes(a, b)]
-    if len(found) == 1:
-        return Overlaps(*found[0])
-    columns = [[getattr(part, name) for part, _ in found] for name in ("distance", "on_a", "on_b", "normal")]
-    return Overlaps(Separation(*map(np.concatenate, columns)), np.concatenate([lower for _, lower in found]))
+    columns = [[getattr(part, name) for part, _, _ in found] for name in ("distance", "on_a", "on_b", "normal")]
+    separation = Separation(*map(np.concatenate, columns))
+    lower = np.concatenate([part for _, part, _ in found])
+    if are_cut(a, b):
+        depth = np.maximum(0.0, -separation.distance)
+        rows = np.flatnonzero(depth > lower)
+        x, y = a[rows], b[rows]
+        some = depth[rows] > lower[rows] + 2.0 * ROUNDING * np.maximum(x.magnitude, y.magnitude)
+        rows, x, y = rows[some], x[some], y[some]
+        if len(rows):
+            middle = np.concatenate([part for _, _, part in found])[rows]
+            lower[rows] = np.minimum(depth[rows], np.maximum(lower[rows], depth_of_balls(x, y, middle)))
+    return Overlaps(separation, lower)
 
 
 def meet(a: Proxy, b: Proxy) -> Bools:
@@ -112,11 +122,3 @@ def meet_atoms(a: Proxy, b: Proxy) -> Bools:
         known, apart = surfaces_apart(a, b)
         return ~apart | (known.distance <= 0)
     return np.concatenate([there.meetings() for there in scenes(a, b)])
-
-
-def mesh_heights(p: Array, mesh: Polyhedron) -> Separation:
-    """Signed distances of points from polyhedra, exact on both sides of the surface; points first."""
-    turn = rotation_matrix(mesh.rotation)
-    local = apply_inverse(turn, p - mesh.position)
-    gap, foot, outward = points_surface(mesh.solid, local)
-    return Separation(gap, p, apply(turn, foot) + mesh.position, -apply(turn, outward))

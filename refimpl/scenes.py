@@ -13,6 +13,7 @@ from refimpl.kernels import atom_pairs as rooms
 from refimpl.kernels import atoms, expanding, nearby
 from refimpl.kernels.bodies import VERTICES
 from refimpl.kernels.boxes import FRAME, PLACED
+from refimpl.kernels.escapes import RESULT
 from refimpl.kernels.gjk import SIMPLEX
 from refimpl.kernels.polytopes import FACTOR, N_VERTICES
 from refimpl.kernels.polytopes_nearest import ROOM
@@ -124,10 +125,10 @@ class Scenes:
         self.room *= 2
         self.batch = self._batch()
 
-    def separations(self) -> tuple[Separation, Array]:
-        """Signed distances, and lengths below which no translation separates."""
+    def separations(self) -> tuple[Separation, Array, Array]:
+        """Signed distances, lengths below which no translation separates, and a point of each deepest contact."""
         count = len(self.exponent)
-        answers, tolerances = (numbers(c, self.module) for c in (np.zeros((count, 11)), ROUNDING * self.size))
+        answers, tolerances = (numbers(c, self.module) for c in (np.zeros((count, RESULT)), ROUNDING * self.size))
         done = 0
         while done < count:
             search = search_room(self.pairs, self.room, self.module)
@@ -135,7 +136,8 @@ class Scenes:
             if done < count:
                 self._enlarge()
         found = np.asarray(answers)
-        return _separation(found, self.exponent), np.ldexp(found[:, 10], self.exponent)
+        lower, middle = np.ldexp(found[:, 10], self.exponent), np.ldexp(found[:, 11:], self.exponent[:, None])
+        return _separation(found, self.exponent), lower, middle
 
     def meetings(self) -> Bools:
         """Whether unions have a point in common, row by row."""

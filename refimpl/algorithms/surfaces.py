@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from refimpl.algorithms.nearest import nearest_on_segment
-from refimpl.linear import Array, Bools, cross, dot, norm, scale, unit_or
+from refimpl.linear import Array, Bools, apply, apply_inverse, cross, dot, norm, rotation_matrix, scale, unit_or
 from refimpl.meshes import winding_numbers
+from refimpl.results import Separation
+from refimpl.shapes import Polyhedron
 from refimpl.solids import Solid
 
 STILL = np.eye(3)
@@ -123,3 +125,11 @@ def _signed(p: Array, gap: Array, foot: Array, inside: Bools, corners: Array) ->
 def _outward(corners: Array) -> Array:
     """Unit normals of faces."""
     return unit_or(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), STILL[2])[0]
+
+
+def mesh_heights(p: Array, mesh: Polyhedron) -> Separation:
+    """Signed distances of points from polyhedra, exact on both sides of the surface; points first."""
+    turn = rotation_matrix(mesh.rotation)
+    local = apply_inverse(turn, p - mesh.position)
+    gap, foot, outward = points_surface(mesh.solid, local)
+    return Separation(gap, p, apply(turn, foot) + mesh.position, -apply(turn, outward))

@@ -34,6 +34,9 @@ from .ways import (
 
 AROUND = 27
 """Directions to the middles of the sides, edges and corners of a cube, and none."""
+RESULT = 14
+"""Numbers of an answer: signed distance, normal, witness points; a length that no translation that frees falls below;
+and a point of the deepest overlap."""
 HULL_WAYS = 6
 """Of these directions, so many are tried: those along which the convex hulls part soonest."""
 
@@ -122,13 +125,14 @@ def escape(scene: Scene, search: Search, overlapping: int, lower: float, toleran
 
 @kernel
 def way_out(scene: Scene, search: Search, overlapping: int, answered: int, tolerance: float, result: Scratch) -> bool:
-    """Write the answer for two unions that overlap: 11 numbers.
+    """Write the answer for two unions that overlap, `RESULT` numbers; false where there is not enough room to find it.
 
-    The signed distance, minus the length of a translation that frees, −inf where none was found; the normal and the
-    witness points; and a length that no translation that frees is shorter than.
+    The signed distance is minus the length of a translation that frees, −inf where none was found.
     """
     deepest = scene.pairs[0]
     lower = -deepest[1]
+    for k in range(3):
+        result[11 + k] = 0.5 * deepest[5 + k] + 0.5 * deepest[8 + k]
     way = no_way()
     if lower < math.inf:
         _begin(scene, search, answered)

@@ -178,7 +178,7 @@ def separations(
 ) -> int:
     """Answer a batch from row `first` on, as far as there is room; gives the row that it comes to.
 
-    Signed distance, normal, witness points, and a length below which no translation separates: 11 numbers a row.
+    Each row gets `RESULT` numbers (`escapes`); those that do not overlap have no use for the last three.
     """
     for row in range(first, len(batch.a)):
         if not _answered(scene_of(batch, row), search, tolerances[row], answers[row]):
