@@ -82,7 +82,7 @@ def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Bools]:
 
 def _by_atoms(a: Proxy, b: Proxy) -> Overlaps:
     """Nearest atoms; where some overlap, a way out."""
-    if not has_large_mesh(a, b):
+    if not len(a) or not has_large_mesh(a, b):
         return _by_pieces(a, b)
     known, apart = surfaces_apart(a, b)
     return _completed(known, apart, a, b, _by_pieces)
@@ -118,7 +118,7 @@ def meet(a: Proxy, b: Proxy) -> Bools:
 
 def meet_atoms(a: Proxy, b: Proxy) -> Bools:
     """The same, by pairs of atoms."""
-    if has_large_mesh(a, b):
+    if len(a) and has_large_mesh(a, b):
         known, apart = surfaces_apart(a, b)
         return ~apart | (known.distance <= 0)
     return np.concatenate([there.meetings() for there in scenes(a, b)])

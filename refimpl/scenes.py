@@ -29,7 +29,7 @@ ROUNDING = 1e-12
 """Part of a scene's size by which the depth of a pair may be rounding."""
 MOST_PAIRS = 4096
 """Room for so many pairs of atoms that are near each other is made at first."""
-MUCH = 64
+MUCH = 4
 """So many pairs of atoms make one pair of unions as much work as two, and worth compiling for accordingly."""
 CHUNK = 65536
 """Most atoms of the unions that are packed together."""
@@ -163,7 +163,7 @@ class Scenes:
 def scenes(a: Proxy, b: Proxy) -> Iterator[Scenes]:
     """Two batches of unions, in slices that are packed one after the other."""
     step = max(1, CHUNK // (atom_count(a) + atom_count(b)))
-    for start in range(0, len(a), step):
+    for start in range(0, max(len(a), 1), step):  # an empty batch is one of no rows
         yield Scenes(a[start : start + step], b[start : start + step])
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from refimpl import Composite, HalfSpace, Point, Polyhedron, Sphere, distance
+from refimpl import Composite, HalfSpace, Point, Polyhedron, Sphere, distance, intersect
 from refimpl.kernels import atom_pairs, atoms, nearby
 from refimpl.kernels import unions as kernels
 from refimpl.scenes import Scenes
@@ -114,3 +114,12 @@ def test_the_nearest_of_many_atoms(spread, room, monkeypatch):
             assert abs(found - least) <= 1e-14 * size_of(a, b)[0]
         else:
             assert found <= least + 1e-13
+
+
+def test_empty_batches_have_empty_answers():
+    rng = np.random.default_rng(15)
+    for kind in PARTS:
+        a, b = make(kind, rng, 1.0, 2)[:0], make(Composite, rng, 1.0, 2)[:0]
+        assert distance(a, b).distance.shape == (0,)
+        assert distance(a, b).normal.shape == (0, 3)
+        assert intersect(b, a).shape == (0,)
