@@ -1,8 +1,9 @@
 """The way out of overlapping unions: a short translation of B that separates, and a length that none falls below.
 
 No pair of atoms comes apart with less than its own depth, so the depth of the deepest pair is a lower bound. Where its
-own way frees all others too, nothing is left to do. Otherwise the search starts several times: from the tangents of
-all pairs that overlap, and along some directions; each way that it finds is shortened, and the shortest one counts.
+own way frees all others too, nothing is left to do. Otherwise the search starts several times: from the tangent of
+the deepest pair, from those of all pairs that overlap, and along the directions in which the convex hulls part soonest.
+Each way that it finds is shortened, the shortest one once more.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import math
 from . import kernel
 from .atoms import Scene, height
 from .axes import three
+from .drawback import drawn_back
 from .polytopes import Scratch
 from .polytopes_pair import write
 from .tangents import forget, learn
@@ -23,7 +25,6 @@ from .ways import (
     Search,
     Way,
     descended,
-    drawn_back,
     ended,
     freed_from_start,
     long,
@@ -39,8 +40,6 @@ RESULT = 14
 and a point of the deepest overlap."""
 HULL_WAYS = 6
 """Of these directions, so many are tried: those along which the convex hulls part soonest."""
-
-
 SLACK = 1.5
 """Ways that are longer than the shortest one by no more than this factor may become shorter by descent."""
 
@@ -93,7 +92,7 @@ def _tried_all(scene: Scene, search: Search, way: Way, lower: float, tolerance: 
                 best = i
         way = shorter(way, _tried(scene, search, _around(best), search.reach[best], limit, lower, tolerance))
         search.reach[best] = math.inf
-    return way
+    return descended(scene, search, way, lower, tolerance)
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Translations that separate overlapping unions: found from tangents, shortened, and drawn back to first touch.
+"""Translations that separate overlapping unions: found from tangents, and shortened.
 
 One tangent for each pair of atoms that stands in the way leaves a convex set of translations, of which the shortest is
 found exactly; where other pairs overlap there, they join. Each round is sure of more pairs, so it ends: with a
@@ -18,12 +18,10 @@ from .atom_pairs import answer
 from .atoms import Scene, support_gap
 from .leastmove import LEVEL, PLANE, Corner, shortest
 from .nearby import near
-from .tangents import Floats, Ints, Tangents, foot, height, highest, is_full, learn, soonest, taken_at, touch_of
+from .tangents import Floats, Ints, Tangents, highest, is_full, learn, taken_at
 from .vectors import Vector, dot, length, times, unit_or
 
 ROUNDS, DESCENTS = 64, 3
-MOST_BACK = 4096
-"""So many pairs are looked at to draw a way back; there is room for them."""
 GAIN = 1e-9
 """A descent goes on as long as it shortens the way by this part."""
 SLOPE = 1e-6
@@ -99,7 +97,7 @@ def shorter(way: Way, other: Way) -> Way:
 
 
 @kernel
-def _near(scene: Scene, search: Search, move: Vector, within: float) -> int:
+def near_pairs(scene: Scene, search: Search, move: Vector, within: float) -> int:
     """List the pairs that are near after a translation."""
     count = near(scene, move, within, search.listed)
     if count > len(search.listed):
@@ -109,7 +107,7 @@ def _near(scene: Scene, search: Search, move: Vector, within: float) -> int:
 
 
 @kernel
-def _is_full(search: Search, planes: int) -> bool:
+def lacks_room(search: Search, planes: int) -> bool:
     """Whether there is no room for one more tangent, or plane after so many."""
     full = is_full(search.known) or planes >= len(search.source)
     if full:
@@ -124,7 +122,7 @@ def _new_place(search: Search) -> int:
 
 
 @kernel
-def _ask(scene: Scene, search: Search, pair: int, move: Vector, place: int) -> float:
+def ask(scene: Scene, search: Search, pair: int, move: Vector, place: int) -> float:
     """Signed distance of a pair after a translation; its tangent is kept."""
     across = len(scene.b)
     sigma, n, x, _ = answer(scene, pair // across, pair % across, move)
@@ -161,18 +159,18 @@ def _blocked(scene: Scene, search: Search, move: Vector, place: int, tolerance: 
     that is known of the distances of all pairs near each other.
     """
     known, least = search.known, math.inf
-    for k in range(_near(scene, search, move, 0.0)):
+    for k in range(near_pairs(scene, search, move, 0.0)):
         pair = search.listed[k]
         best, sigma = highest(known, pair, move)
         if sigma < -tolerance and taken_at(known, pair, place) < 0:
-            if _is_full(search, 0):
+            if lacks_room(search, 0):
                 return -1, -math.inf
             if best < 0 and _parted(scene, search, pair, move):
                 sigma = highest(known, pair, move)[1]
             else:
-                sigma = _ask(scene, search, pair, move, place)
+                sigma = ask(scene, search, pair, move, place)
         if sigma < -tolerance:
-            if sigma == -math.inf or _is_full(search, count):
+            if sigma == -math.inf or lacks_room(search, count):
                 return -1, -math.inf
             count = _respect(search, count, taken_at(known, pair, place))
         least = min(least, sigma)
@@ -201,7 +199,7 @@ def freed_from_start(scene: Scene, search: Search, deepest: int, limit: float, t
     """The same from the tangents number 0 to `deepest` on, which are those of the pairs that overlap at first."""
     count = 0
     for i in range(deepest):
-        if _is_full(search, count):
+        if lacks_room(search, count):
             return no_way()
         count = _respect(search, count, i)
     return freed(scene, search, count, limit, tolerance)
@@ -222,9 +220,9 @@ def _planes_at(scene: Scene, search: Search, way: Way) -> int:
 
     Gives how many, −1 where there is no room for them.
     """
-    known, count = search.known, _near(scene, search, way.move, 0.0)
+    known, count = search.known, near_pairs(scene, search, way.move, 0.0)
     for k in range(count):
-        if _is_full(search, k):
+        if lacks_room(search, k):
             return -1
         _respect(search, k, highest(known, search.listed[k], way.move)[0])
     for _ in range(count):
@@ -233,9 +231,9 @@ def _planes_at(scene: Scene, search: Search, way: Way) -> int:
             break
         pair = search.listed[k]
         if taken_at(known, pair, way.place) < 0:
-            if _is_full(search, k):
+            if lacks_room(search, k):
                 return -1
-            _ask(scene, search, pair, way.move, way.place)
+            ask(scene, search, pair, way.move, way.place)
         _respect(search, k, taken_at(known, pair, way.place))
     return count
 
@@ -285,67 +283,3 @@ def ended(scene: Scene, search: Search, move: Vector, tolerance: float) -> Way:
     place = _new_place(search)
     count, gap = _blocked(scene, search, move, place, tolerance, 0)
     return Way(True, move, gap, place) if count == 0 else no_way()
-
-
-@kernel
-def _touching(scene: Scene, search: Search, way: Way) -> tuple[float, Vector]:
-    """Distance of the pair that is nearest at the end of a way, and its point of A; only what matters is answered."""
-    known = search.known
-    for _ in range(len(search.listed)):
-        nearest, least = -1, math.inf
-        for k in range(_near(scene, search, way.move, 0.0)):
-            best, here = highest(known, search.listed[k], way.move)
-            if here < least:
-                nearest, least = best, here
-        if nearest < 0:
-            break
-        if known.place[nearest] == START and foot(known, nearest) == way.move:
-            return least, touch_of(known, nearest)
-        pair = known.pair[nearest]
-        here = taken_at(known, pair, way.place)
-        if here >= 0:
-            return height(known, here, way.move), touch_of(known, here)
-        if _is_full(search, 0):
-            break
-        _ask(scene, search, pair, way.move, way.place)
-    return math.inf, UNKNOWN
-
-
-@kernel
-def _way_back(scene: Scene, search: Search, way: Way, direction: Vector, size: float, tolerance: float) -> float:
-    """How much of a way is left when going back to the foot of the first tangent."""
-    left, known = 0.0, search.known
-    count = near(scene, way.move, size, search.listed)
-    if count > MOST_BACK:
-        return size
-    for k in range(count):
-        pair = search.listed[k]
-        if soonest(known, pair, direction, size, tolerance) > left:
-            if taken_at(known, pair, way.place) < 0 and not _is_full(search, 0):
-                _ask(scene, search, pair, way.move, way.place)
-            left = max(left, min(size, soonest(known, pair, direction, size, tolerance)))
-    return left
-
-
-@kernel
-def drawn_back(scene: Scene, search: Search, way: Way, tolerance: float) -> tuple[Way, Vector]:
-    """Draw a way back to where B first touches A on the way in, if it leads farther; and the point of A there.
-
-    Going back, no pair overlaps before the foot of its tangent, and pairs that are farther apart than the way is long
-    cannot meet at all.
-    """
-    gap, touch = _touching(scene, search, way)
-    size = length(way.move)
-    direction = unit_or(way.move, HERE)
-    for _ in range(ROUNDS):
-        if gap <= tolerance or not size > 0.0:
-            break
-        left = _way_back(scene, search, way, direction, size, tolerance)
-        if not left < size:
-            break
-        back = ended(scene, search, times(left, direction), tolerance)
-        if not back.found:
-            break
-        way, size = back, left
-        gap, touch = _touching(scene, search, way)
-    return way, touch
