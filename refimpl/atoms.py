@@ -116,11 +116,7 @@ def _posed(part: Polyhedron, atoms: Atoms, number: int) -> Group:
 
 def stacked(parts: Sequence[Any]) -> Any:
     """Single proxies of one type as a batch; those of fewer planes or vertices than others repeat their last."""
-    return parts[0].broadcast_to((1,)) if len(parts) == 1 else side_by_side([part.broadcast_to((1,)) for part in parts])
-
-
-def side_by_side(parts: Sequence[Any]) -> Any:
-    """Batches of one type, one after the other; what has fewer planes or vertices than others repeats its last."""
+    parts = [part.broadcast_to((1,)) for part in parts]
     if len(parts) == 1:
         return parts[0]
     columns = [[value for value, _ in column] for column in zip(*(part._columns() for part in parts), strict=True)]
@@ -145,27 +141,6 @@ def _after(arrays: Sequence[NDArray[Any]], fill: bool) -> NDArray[Any]:
         most = max(a.shape[1] for a in arrays)
         arrays = [a[:, np.minimum(np.arange(most), a.shape[1] - 1)] for a in arrays]
     return np.concatenate(arrays)
-
-
-def stacked_batches(parts: Sequence[Proxy]) -> list[tuple[Proxy, Indices]]:
-    """Atoms of batches of parts: for each kind one batch, atom by atom with all rows, and the atoms' numbers."""
-    alike: dict[tuple[Any, ...], list[tuple[int, Any]]] = {}
-    number = 0
-    for part in parts:
-        if isinstance(part, Polyhedron):
-            for atoms in piece_atoms(part.solid):
-                members = alike.setdefault(_form(atoms.proxies), [])
-                members += [(number + int(n), _row_of(atoms.proxies, i, part)) for i, n in enumerate(atoms.numbers)]
-            number += len(part.pieces)
-        else:
-            alike.setdefault(_form(part), []).append((number, part))
-            number += 1
-    return [(side_by_side([p for _, p in same]), np.array([n for n, _ in same])) for same in alike.values()]
-
-
-def _row_of(atoms: ConvexPolyhedron, index: int, mesh: Polyhedron) -> ConvexPolyhedron:
-    """One atom of a mesh in all placements of a batch."""
-    return atoms[index].broadcast_to((len(mesh),))._placed(mesh.position, mesh.rotation)
 
 
 SIZED: dict[type[Proxy], int] = {KDOP: 3, ConvexPolyhedron: 1}  # how many fields are as long as the proxy's size

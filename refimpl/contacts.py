@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from refimpl.escapes import Pairs
 from refimpl.linear import Array
 from refimpl.overlaps import resolve
 from refimpl.proxy import Proxy, ShapeError
 from refimpl.results import Separation
-from refimpl.scenes import scene
-from refimpl.shapes import Polyhedron, Sphere
+from refimpl.scenes import Contact, Scenes
+from refimpl.shapes import Point, Polyhedron
 from refimpl.signs import Indices
 
 
@@ -57,21 +56,15 @@ def contacts(a: Proxy, b: Proxy) -> Contacts:
     -------
     Contacts
     """
-    for x in (a, b):
-        if x.batch_shape:
+    for shape in (a, b):
+        if shape.batch_shape:
             raise ShapeError(
-                f"contacts are of single proxies, got a batch of shape {x.batch_shape}: take them by index"
+                f"contacts are of single proxies, got a batch of shape {shape.batch_shape}: take them by index"
             )
     x, y = a.broadcast_to((1,)), b.broadcast_to((1,))
     found = resolve(x, y)
     upper = max(0.0, -float(found.separation.distance[0]))
     interval = np.array([min(float(found.lower[0]), upper), upper])
-    pairs = met_pieces(x, y) if {type(a), type(b)} == {Sphere, Polyhedron} else found.contacts
+    nothing = upper == 0.0 or {type(a), type(b)} == {Point, Polyhedron}
+    pairs = Contact.none() if nothing else Scenes(x, y).contacts()
     return Contacts(found.separation[0], interval, pairs.part_a, pairs.part_b, pairs.found)
-
-
-def met_pieces(a: Proxy, b: Proxy) -> Pairs:
-    """Overlapping pairs of convex atoms, the deepest first, of proxies whose distance needs none."""
-    pairs = scene(a, b).pairs(np.zeros(1, dtype=np.int64), np.zeros((1, 3)))
-    pairs = pairs.at(pairs.found.distance < 0)
-    return pairs.at(np.lexsort((pairs.part_b, pairs.part_a, pairs.found.distance)))

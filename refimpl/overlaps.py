@@ -7,28 +7,19 @@ apart with less than its own depth, and every translation that is found to leave
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from refimpl.algorithms.surfaces import balls_mesh, mesh_heights, points_mesh, points_surface
-from refimpl.atoms import leaves
-from refimpl.compiling import batch_of
-from refimpl.escapes import Look, Pairs, Ways, escape, joined_pairs, push, touching
-from refimpl.linear import Array, Bools, apply, apply_inverse, norm, rotation_matrix, scale, unit_or
+from refimpl.algorithms.surfaces import balls_mesh, mesh_heights, points_mesh
+from refimpl.balls import are_cut, depth_of_balls
+from refimpl.large_meshes import has_large_mesh, surfaces_apart
+from refimpl.linear import Array, Bools
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
-from refimpl.scenes import LargeScene, SmallScene, ask, scene
-from refimpl.shapes import HalfSpace, Point, Polyhedron, Sphere
-from refimpl.shapes.polytopes import USUAL_DIRECTIONS
-from refimpl.signs import Indices
-from refimpl.supports import support
-
-AROUND = USUAL_DIRECTIONS[26] / norm(USUAL_DIRECTIONS[26])[:, None]
-HULL_WAYS = 6  # directions that are tried because the convex hulls part soonest along them
-CONTACT_WAYS = 8  # contacts whose normals are tried
-LOOKS = 16  # how often a search for a way out answers about as many pairs as there are
-ROUNDING = 1e-12  # part of a scene's size by which the depth of a pair may be rounding
+from refimpl.scenes import ROUNDING, scenes
+from refimpl.shapes import Point, Polyhedron, Sphere
 
 
 @dataclass(frozen=True)
@@ -42,19 +33,36 @@ class Overlaps:
         separate them, or −inf where none was.
     lower : (n,)
         No shorter translation separates; 0 where they do not overlap.
-    contacts : Pairs
-        Overlapping pairs of convex atoms.
     """
 
     separation: Separation
     lower: Array
-    contacts: Pairs
 
 
 def resolve(a: Proxy, b: Proxy) -> Overlaps:
     """Answer for two batches of proxies with one axis, of which one at least holds unions."""
     known = _by_surface(a, b)
-    return _by_atoms(a, b) if known is None else Overlaps(*known, joined_pairs([]))
+    return _by_atoms(a, b) if known is None else Overlaps(*known)
+
+
+def _completed(
+    known: Separation, decided: Bools, a: Proxy, b: Proxy, others: Callable[[Proxy, Proxy], Overlaps]
+) -> Overlaps:
+    """Answers of which some rows are decided, and those of a second way for all others."""
+    rest = np.flatnonzero(~decided)
+    lower = np.maximum(0.0, -known.distance)
+    if not len(rest):
+        return Overlaps(known, lower)
+    if len(rest) == len(a):
+        return others(a, b)
+    found = others(a[rest], b[rest])
+    columns = []
+    for name in ("distance", "on_a", "on_b", "normal"):
+        column = getattr(known, name).copy()
+        column[rest] = getattr(found.separation, name)
+        columns.append(column)
+    lower[rest] = found.lower
+    return Overlaps(Separation(*columns), lower)
 
 
 def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Array] | None:
@@ -70,26 +78,28 @@ def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Array] | None:
 
 
 def _by_atoms(a: Proxy, b: Proxy) -> Overlaps:
-    """Nearest atoms; where some overlap, contacts and a way out."""
-    count = len(a)
-    there = scene(a, b)
-    near = there.nearest(np.arange(count))
-    if isinstance(there, LargeScene):
-        deep = np.flatnonzero(_swallowed(a, b, near) | (_firsts(near).found.distance < 0))
-        pieces = there.pairs(deep, np.zeros((len(deep), 3)))
-        pieces = pieces._replace(row=deep[pieces.row])
-        near = joined_pairs([near.at(~np.isin(near.row, pieces.row)), pieces])
-    answer = {name: getattr(_firsts(near).found, name).copy() for name in NAMES}
-    contacts = near.at(near.found.distance < 0)
-    contacts = contacts.at(np.lexsort((contacts.part_b, contacts.part_a, contacts.found.distance, contacts.row)))
-    lower = np.maximum(0.0, -answer["distance"])
-    plain = isinstance(a, HalfSpace) or isinstance(b, HalfSpace)  # left by all along its normal, by the deepest last
-    if not plain and there.pair_count != 1 and len(contacts.row):
-        rows = np.unique(contacts.row)
-        found, lower[rows] = _searched(a, b, there, rows, contacts)
-        for name, column in answer.items():
-            column[rows] = getattr(found, name)
-    return Overlaps(Separation(*answer.values()), lower, contacts)
+    """Nearest atoms; where some overlap, a way out."""
+    if not len(a) or not has_large_mesh(a, b):
+        return _by_pieces(a, b)
+    known, apart = surfaces_apart(a, b)
+    return _completed(known, apart, a, b, _by_pieces)
+
+
+def _by_pieces(a: Proxy, b: Proxy) -> Overlaps:
+    found = [there.separations() for there in scenes(a, b)]
+    columns = [[getattr(part, name) for part, _, _ in found] for name in ("distance", "on_a", "on_b", "normal")]
+    separation = Separation(*map(np.concatenate, columns))
+    lower = np.concatenate([part for _, part, _ in found])
+    if are_cut(a, b):
+        depth = np.maximum(0.0, -separation.distance)
+        rows = np.flatnonzero(depth > lower)
+        x, y = a[rows], b[rows]
+        some = depth[rows] > lower[rows] + 2.0 * ROUNDING * np.maximum(x.magnitude, y.magnitude)
+        rows, x, y = rows[some], x[some], y[some]
+        if len(rows):
+            middle = np.concatenate([part for _, _, part in found])[rows]
+            lower[rows] = np.minimum(depth[rows], np.maximum(lower[rows], depth_of_balls(x, y, middle)))
+    return Overlaps(separation, lower)
 
 
 def meet(a: Proxy, b: Proxy) -> Bools:
@@ -104,169 +114,7 @@ def meet(a: Proxy, b: Proxy) -> Bools:
 
 def meet_atoms(a: Proxy, b: Proxy) -> Bools:
     """The same, by pairs of atoms."""
-    rows = np.arange(len(a))
-    there = scene(a, b)
-    near = there.nearest(rows) if isinstance(there, LargeScene) else there.pairs(rows, np.zeros((len(rows), 3)))
-    found = np.zeros(len(rows), dtype=bool)
-    found[near.row[near.found.distance <= 0]] = True
-    return found | _swallowed(a, b, near) if isinstance(there, LargeScene) else found
-
-
-def _firsts(pairs: Pairs) -> Pairs:
-    """Pair of least distance of each row that has one; of equal ones the first by number."""
-    order = np.lexsort((pairs.part_b, pairs.part_a, pairs.found.distance, pairs.row))
-    _, first = np.unique(pairs.row[order], return_index=True)
-    return pairs.at(order[first])
-
-
-NAMES = ("distance", "on_a", "on_b", "normal")
-
-
-def _searched(
-    a: Proxy, b: Proxy, there: SmallScene | LargeScene, rows: Indices, contacts: Pairs
-) -> tuple[Separation, Array]:
-    """Translations that separate some rows, and lower bounds."""
-    x, y = a[rows], b[rows]
-    contacts = contacts._replace(row=np.searchsorted(rows, contacts.row))
-    deepest = _firsts(contacts).found
-    lower = -deepest.distance
-    tolerance = ROUNDING * np.maximum(x.magnitude, y.magnitude)
-
-    def look(which: Indices, moves: Array) -> Pairs:
-        return there.pairs(rows[which], moves)
-
-    with batch_of(LOOKS * len(contacts.row)):
-        ways = escape(look, len(rows), lower, tolerance)
-        rough = np.flatnonzero(ways.length > lower + 2 * tolerance)
-        if len(rough):
-            lower[rough] = np.maximum(lower[rough], _balls(x[rough], y[rough], deepest[rough]))
-            rough = rough[ways.length[rough] > lower[rough] + 2 * tolerance[rough]]
-        if len(rough):
-            _try_directions(x[rough], y[rough], lambda w, m: look(rough[w], m), contacts, rough, ways, tolerance)
-        ways = touching(lambda which, moves, within: there.pairs(rows[which], moves, within), ways, tolerance)
-    normal, _ = unit_or(ways.move, deepest.normal)
-    depth = ways.length
-    known = np.isfinite(depth)
-    touch = np.where(np.isnan(ways.touch), deepest.on_a, ways.touch)
-    touch = np.where(known[:, None], touch, np.nan)
-    normal = np.where(known[:, None], normal, np.nan)
-    shift = scale(np.where(known, depth, 0.0), normal)
-    return Separation(-depth, touch, touch - shift, normal), np.minimum(lower, depth)
-
-
-def _try_directions(
-    x: Proxy, y: Proxy, look: Look, contacts: Pairs, rough: Indices, ways: Ways, tolerance: Array
-) -> None:
-    """Push along several directions for each row, all at once, and keep what is shorter."""
-    directions, row = _directions(x, y, contacts.at(np.isin(contacts.row, rough)), rough)
-    enough = _reach(x, row, directions) + _reach(y, row, -directions)
-    order = np.lexsort((enough, row))
-    rank = np.empty(len(order), dtype=np.int64)
-    start = np.searchsorted(row[order], row[order])
-    rank[order] = np.arange(len(order)) - start
-    hull = np.arange(len(row)) < 2 * len(AROUND) * len(rough)
-    tried = np.flatnonzero(~hull | (rank < HULL_WAYS))
-    row, directions, enough = row[tried], directions[tried], enough[tried]
-    found = push(
-        lambda w, m: look(row[w], m),
-        directions,
-        enough,
-        ways.length[rough][row],
-        tolerance[rough][row],
-    )
-    order = np.lexsort((np.arange(len(row)), found.length, row))
-    rows, first = np.unique(row[order], return_index=True)
-    ways.put(rough[rows], found.at(order[first]))
-
-
-def _directions(x: Proxy, y: Proxy, contacts: Pairs, rough: Indices) -> tuple[Array, Indices]:
-    """Directions to try, and the row of each: all around, normals of the deepest contacts, ways out of meshes."""
-    count = len(rough)
-    around = np.concatenate([AROUND, -AROUND])
-    found, row = [np.tile(around, (count, 1))], [np.repeat(np.arange(count), len(around))]
-    place = np.searchsorted(rough, contacts.row)
-    rank = np.arange(len(place)) - np.searchsorted(place, place)
-    some = rank < CONTACT_WAYS
-    found.append(contacts.found.normal[some])
-    row.append(place[some])
-    middle = _middle(contacts.at(rank == 0).found)
-    for one, sign in ((x, 1.0), (y, -1.0)):
-        for mesh in leaves(one):
-            if isinstance(mesh, Polyhedron):
-                found.append(-sign * mesh_heights(middle, mesh).normal)
-                row.append(np.arange(count))
-    return np.concatenate(found), np.concatenate(row)
-
-
-def _reach(shape: Proxy, row: Indices, directions: Array) -> Array:
-    """Support function of rows of a union along directions."""
-    return np.asarray(np.max([support(leaf[row], directions) for leaf in leaves(shape)], axis=0))
-
-
-def _middle(deepest: Separation) -> Array:
-    """A point of each deepest overlap."""
-    return deepest.on_a / 2 + deepest.on_b / 2
-
-
-def _balls(x: Proxy, y: Proxy, deepest: Separation) -> Array:
-    """Lower bounds of depths by two balls around one point, one within each: no less than both radii together.
-
-    Only where there is a mesh, of which pieces are thin.
-    """
-    best = np.zeros(len(x))
-    if not any(isinstance(leaf, Polyhedron) and not leaf.solid.is_convex for leaf in (*leaves(x), *leaves(y))):
-        return best
-    points = [_middle(deepest)]
-    points += [leaves(z)[0].reference_point for z in (x, y) if len(leaves(z)) == 1 and not isinstance(z, HalfSpace)]
-    for p in points:
-        best = np.maximum(best, -(_height(p, x) + _height(p, y)))
-    return best
-
-
-def _height(p: Array, shape: Proxy) -> Array:
-    """Upper bounds of the signed distances of points; exact for all but composites."""
-    found = []
-    for part in leaves(shape):
-        if isinstance(part, Polyhedron):
-            found.append(mesh_heights(p, part).distance)
-        elif isinstance(part, Point):
-            found.append(norm(p - part.position))
-        else:
-            found.append(ask(Point(p), part).distance)
-    return np.asarray(np.min(found, axis=0))
-
-
-def _swallowed(a: Proxy, b: Proxy, near: Pairs) -> Bools:
-    """Rows without meeting surfaces in which a part of one union has a point within a polyhedron of the other.
-
-    One point of each connected surface tells for all of it.
-    """
-    found = np.zeros(len(a), dtype=bool)
-    apart = np.ones(len(a), dtype=bool)
-    apart[near.row[near.found.distance <= 0]] = False
-    for row in np.flatnonzero(apart).tolist():
-        parts_a, parts_b = leaves(a[row]), leaves(b[row])
-        found[row] = any(
-            _holds(mesh, point)
-            for ones, others in ((parts_a, parts_b), (parts_b, parts_a))
-            for mesh in ones
-            if isinstance(mesh, Polyhedron)
-            for other in others
-            for point in _representatives(other)
-        )
-    return found
-
-
-def _representatives(part: Proxy) -> Array:
-    """A point of each connected surface of a part; none of a half-space, which no polyhedron holds."""
-    if isinstance(part, HalfSpace):
-        return np.zeros((0, 3))
-    if isinstance(part, Polyhedron):
-        return apply(rotation_matrix(part.rotation), part.vertices[part.solid.shell_corners]) + part.position
-    return part.reference_point[None]
-
-
-def _holds(mesh: Polyhedron, point: Array) -> bool:
-    local = apply_inverse(rotation_matrix(mesh.rotation), point - mesh.position)
-    low, high = mesh.solid.bounds
-    return bool(np.all((low <= local) & (local <= high))) and points_surface(mesh.solid, local[None])[0][0] <= 0
+    if len(a) and has_large_mesh(a, b):
+        known, apart = surfaces_apart(a, b)
+        return ~apart | (known.distance <= 0)
+    return np.concatenate([there.meetings() for there in scenes(a, b)])

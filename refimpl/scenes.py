@@ -1,212 +1,174 @@
-"""Two batches of unions as pairs of convex atoms: which of them matter, and what the door says of them.
-
-Two ways to the same answers: all pairs of all rows in few large calls, where the unions have few atoms; and row by
-row, by trees of boxes, where they have many.
-"""
+"""Batches of unions, answered by the scalar kernels (`refimpl.kernels.unions`)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
+from types import ModuleType
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from refimpl.atoms import Group, candidates, groups, leaves, stacked_batches
-from refimpl.bounds import aabb
-from refimpl.boxtree import SLACK
-from refimpl.escapes import Pairs, joined_pairs
-from refimpl.linear import Array, norm
+from refimpl.compiling import is_compiled, module_for, numbers
+from refimpl.kernels import atom_pairs as rooms
+from refimpl.kernels import atoms, expanding, nearby
+from refimpl.kernels.bodies import VERTICES
+from refimpl.kernels.boxes import FRAME, PLACED
+from refimpl.kernels.escapes import RESULT
+from refimpl.kernels.gjk import SIMPLEX
+from refimpl.kernels.polytopes import FACTOR, N_VERTICES
+from refimpl.kernels.polytopes_nearest import ROOM
+from refimpl.kernels.polytopes_pair import FEATURES
+from refimpl.linear import Array, Bools, power_of_two
+from refimpl.packing import Packed, atom_count, fixed_rows, packed_pair
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
-from refimpl.shapes import HalfSpace, Point, Polyhedron
+from refimpl.searches import search_room
 from refimpl.signs import Indices
 
-FEW_FACES = 256  # meshes of so many faces, or convex ones, are cut into pieces without asking what they meet
-FEW_PAIRS = 1024  # so many pairs of atoms are looked at without a tree
-FIRST = 16  # pairs that are answered first, the most promising ones
+ROUNDING = 1e-12
+"""Part of a scene's size by which the depth of a pair may be rounding."""
+MOST_PAIRS = 4096
+"""Room for so many pairs of atoms that are near each other is made at first."""
+MUCH = 4
+"""So many pairs of atoms make one pair of unions as much work as two, and worth compiling for accordingly."""
+CHUNK = 65536
+"""Most atoms of the unions that are packed together."""
 
 
-def ask(x: Proxy, y: Proxy) -> Separation:
-    """Signed distance of two batches, by the door."""
-    from refimpl.queries import distance  # noqa: PLC0415  the door needs the pair table, which names unions
+class Contact(NamedTuple):
+    """Overlapping pairs of convex atoms of two unions: their numbers, and each pair as if it were alone."""
 
-    return distance(x, y)
+    part_a: Indices
+    part_b: Indices
+    found: Separation
+
+    @classmethod
+    def none(cls) -> Contact:
+        """No pair."""
+        numbers = np.zeros(0, dtype=np.int64)
+        return cls(numbers, numbers, _separation(np.zeros((0, 10)), numbers))
 
 
-class Stack:
-    """Atoms of a batch of unions: kind by kind one batch of proxies, atom by atom, and in each all rows.
+def _room(x: Packed, y: Packed, room: int) -> tuple[list[Any], list[int]]:
+    """Scratch rows of floats as they are at first, or their lengths, and the lengths of those of whole numbers."""
+    box, line, point = fixed_rows()
+    count_a, count_b = x.atoms.shape[1], y.atoms.shape[1]
+    width = max(x.shapes.shape[1], y.shapes.shape[1], len(box))
+    curved = any(np.any(np.isin(z.atoms[..., atoms.KIND], (atoms.ELLIPSOID, atoms.CYLINDER))) for z in (x, y))
+    corners = max(8, *(int(z.shapes[:, N_VERTICES].max(initial=0.0)) for z in (x, y)))
+    body = VERTICES + 3 * corners if curved else 0
+    floats: list[Any] = [0] * rooms.ROWS
+    floats[nearby.BOXES_A], floats[nearby.BOXES_B] = 6 * count_a, 6 * count_b
+    for row, count in ((nearby.NODES_A, count_a), (nearby.NODES_B, count_b)):
+        floats[row] = 6 * (2 << nearby.levels_of(count)) if count_a * count_b > nearby.FEW else 0
+    floats[rooms.PLACED_A] = floats[rooms.PLACED_B] = max(width, PLACED)
+    floats[rooms.SIMPLEX] = max(ROOM, SIMPLEX)
+    floats[rooms.LISTED_A] = floats[rooms.LISTED_B] = width + FEATURES
+    floats[rooms.FRAME_A] = floats[rooms.FRAME_B] = FRAME
+    floats[rooms.POSE_B] = FACTOR + 1
+    floats[rooms.GEOMETRY_A] = floats[rooms.GEOMETRY_B] = box
+    floats[rooms.LINE_A] = floats[rooms.LINE_B] = line
+    floats[rooms.DOT] = point
+    for row in (rooms.BODY_A, rooms.BODY_B, rooms.FACE_A, rooms.FACE_B):
+        floats[row] = body
+    floats[rooms.POINTS], floats[rooms.PLANES] = (expanding.POINTS, expanding.PLANES) if curved else (0, 0)
+    floats[rooms.GAPS] = count_a * count_b if count_a * count_b <= room else 0
+    whole = [0] * rooms.WHOLE
+    whole[nearby.STACK] = 4 * (nearby.levels_of(count_a) + nearby.levels_of(count_b) + 1)
+    whole[rooms.FACETS], whole[rooms.MARKS] = (expanding.FACETS, expanding.SCRATCH) if curved else (0, 0)
+    whole[rooms.KEYS] = whole[rooms.ORDER] = room
+    return floats, whole
 
-    Attributes
+
+def _rows_of_room(sizes: list[Any], module: ModuleType, dtype: type) -> Any:
+    """Scratch rows: one array when compiled, lists of their own lengths when not."""
+    lengths = [size if isinstance(size, int) else len(size) for size in sizes]
+    if not is_compiled(module):
+        return [[dtype(0)] * size if isinstance(size, int) else size.tolist() for size in sizes]
+    rows = np.zeros((len(sizes), max(lengths)), dtype=np.float64 if dtype is float else np.int64)
+    for row, size in zip(rows, sizes, strict=True):
+        if not isinstance(size, int):
+            row[: len(size)] = size
+    return rows
+
+
+class Scenes:
+    """A batch of pairs of unions, ready to be asked.
+
+    Parameters
     ----------
-    kinds : list of Proxy
-        Atom i of row r of a kind is its proxy i·rows + r.
-    kind, place : (k,) int
-        Of each atom its kind, and its number there; in the order in which contacts name atoms.
-    center, half : (k, n, 3)
-        Boxes around the atoms; infinite around half-spaces.
+    a, b : Proxy with one batch axis, of the same length
     """
 
-    def __init__(self, parts: Sequence[Proxy]) -> None:
-        self.rows = len(parts[0])
-        self.kinds: list[Proxy] = []
-        numbers: list[Indices] = []
-        for proxies, own in stacked_batches(parts):
-            self.kinds.append(proxies)
-            numbers.append(own)
-        count = sum(map(len, numbers))
-        self.kind, self.place = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
-        self.center, self.half = np.zeros((count, self.rows, 3)), np.zeros((count, self.rows, 3))
-        for kind, own in enumerate(numbers):
-            self.kind[own], self.place[own] = kind, np.arange(len(own))
-            center, half = _boxes(self.kinds[kind])
-            self.center[own] = center.reshape(len(own), self.rows, 3)
-            self.half[own] = half.reshape(len(own), self.rows, 3)
-
-    def __len__(self) -> int:
-        return len(self.kind)
-
-
-def _boxes(x: Proxy) -> tuple[Array, Array]:
-    if isinstance(x, HalfSpace):
-        return np.zeros((len(x), 3)), np.full((len(x), 3), np.inf)
-    if isinstance(x, Point):
-        return x.position, np.zeros((len(x), 3))
-    box = aabb(x)
-    half = (box.upper / 2 - box.lower / 2) + SLACK * np.maximum(np.abs(box.lower), np.abs(box.upper))
-    return box.lower / 2 + box.upper / 2, half
-
-
-class SmallScene:
-    """All pairs of atoms of all rows, kind by kind in one call."""
-
     def __init__(self, a: Proxy, b: Proxy) -> None:
-        self.a, self.b = Stack(leaves(a)), Stack(leaves(b))
-        self.pair_count = len(self.a) * len(self.b)
+        size = np.maximum(a.magnitude, b.magnitude)
+        self.exponent = power_of_two(size)
+        self.size = np.ldexp(size, -self.exponent)
+        x, y = packed_pair(a, b, self.exponent)
+        pairs = x.atoms.shape[1] * y.atoms.shape[1]
+        self.module = module_for("unions", len(a) * (1 + pairs // MUCH))
+        self.atoms = (x, y) if is_compiled(self.module) else (x.alone(), y.alone())
+        self.pairs, self.room = pairs, min(pairs, MOST_PAIRS)
+        self.batch = self._batch()
 
-    def pairs(self, rows: Indices, moves: Array, within: Array | float = 0.0) -> Pairs:
-        """Pairs whose boxes meet, or are so near, after B has moved in some rows; they count these rows from 0."""
-        gap, _ = self._boxes_apart(rows, moves)
-        row, i, j = np.nonzero(gap <= np.broadcast_to(within, len(rows))[:, None, None])
-        return self._answers(rows, row, i, j, moves)
+    def _batch(self) -> Any:
+        x, y = self.atoms
+        floats, whole = _room(x, y, self.room)
+        return self.module.Batch(
+            *(numbers(rows, self.module) for rows in (x.atoms, y.atoms, x.shapes, y.shapes)),
+            _rows_of_room(floats, self.module, float),
+            _rows_of_room(whole, self.module, int),
+            numbers(np.zeros((2 * self.room, atoms.ANSWER)), self.module),
+        )
 
-    def nearest(self, rows: Indices) -> Pairs:
-        """Pairs that may be the nearest ones, or meet."""
-        gap, reach = self._boxes_apart(rows, np.zeros((len(rows), 3)))
-        least = np.min(reach, axis=(1, 2))
-        row, i, j = np.nonzero(gap <= least[:, None, None])
-        return self._answers(rows, row, i, j, np.zeros((len(rows), 3)))
+    def _enlarge(self) -> None:
+        self.room *= 2
+        self.batch = self._batch()
 
-    def _boxes_apart(self, rows: Indices, moves: Array) -> tuple[Array, Array]:
-        """Least and largest distances of points of the boxes, (rows, atoms of a, atoms of b)."""
-        center_a, center_b = self.a.center[:, rows], self.b.center[:, rows] + moves
-        between = np.abs(center_a[:, None] - center_b[None])
-        both = self.a.half[:, None, rows] + self.b.half[None][:, :, rows]
-        slack = SLACK * (between + np.abs(moves))
-        gap, reach = norm(np.maximum(between - both - slack, 0.0)), _length(between + both + slack)
-        return np.moveaxis(gap, 2, 0), np.moveaxis(reach, 2, 0)
+    def separations(self) -> tuple[Separation, Array, Array]:
+        """Signed distances, lengths below which no translation separates, and a point of each deepest contact."""
+        count = len(self.exponent)
+        answers, tolerances = (numbers(c, self.module) for c in (np.zeros((count, RESULT)), ROUNDING * self.size))
+        done = 0
+        while done < count:
+            search = search_room(self.pairs, self.room, self.module)
+            done = self.module.separations(self.batch, search, tolerances, done, answers)
+            if done < count:
+                self._enlarge()
+        found = np.asarray(answers)
+        lower, middle = np.ldexp(found[:, 10], self.exponent), np.ldexp(found[:, 11:], self.exponent[:, None])
+        return _separation(found, self.exponent), lower, middle
 
-    def _answers(self, rows: Indices, row: Indices, i: Indices, j: Indices, moves: Array) -> Pairs:
-        found = []
-        a, b = self.a, self.b
-        for kind_a, x in enumerate(a.kinds):
-            for kind_b, y in enumerate(b.kinds):
-                mine = np.flatnonzero((a.kind[i] == kind_a) & (b.kind[j] == kind_b))
-                if not len(mine):
-                    continue
-                which = row[mine]
-                u = x[a.place[i[mine]] * a.rows + rows[which]]
-                v = y[b.place[j[mine]] * b.rows + rows[which]]
-                if np.any(moves):
-                    v = v.translated(moves[which])
-                found.append(Pairs(which, i[mine], j[mine], ask(u, v)))
-        return joined_pairs(found)
+    def meetings(self) -> Bools:
+        """Whether unions have a point in common, row by row."""
+        hits = numbers(np.zeros(len(self.exponent), dtype=np.int64), self.module)
+        done = 0
+        while done < len(hits):
+            done = self.module.meetings(self.batch, done, hits)
+            if done < len(hits):
+                self._enlarge()
+        return np.asarray(hits) > 0
 
-
-def _length(v: Array) -> Array:
-    with np.errstate(invalid="ignore"):
-        return np.where(np.any(np.isinf(v), axis=-1), np.inf, norm(v))
-
-
-class LargeScene:
-    """Row by row: faces of meshes as long as they are apart, pieces where they overlap, and trees of boxes."""
-
-    def __init__(self, a: Proxy, b: Proxy) -> None:
-        self.a, self.b = a, b
-        self.pair_count = np.inf
-        self._pieces: dict[int, tuple[list[Group], list[Group]]] = {}
-
-    def pieces(self, row: int) -> tuple[list[Group], list[Group]]:
-        """Atoms of a row."""
-        if row not in self._pieces:
-            self._pieces[row] = groups(leaves(self.a[row])), groups(leaves(self.b[row]))
-        return self._pieces[row]
-
-    def pairs(self, rows: Indices, moves: Array, within: Array | float = 0.0) -> Pairs:
-        """Pairs whose boxes meet, or are so near, after B has moved in some rows; they count these rows from 0."""
-        found = []
-        bounds = np.broadcast_to(within, len(rows))
-        for row in np.unique(rows).tolist():
-            places = np.flatnonzero(rows == row)
-            xs, ys = self.pieces(row)
-            found += [_moved_pairs(x, y, places, moves[places], bounds[places]) for x in xs for y in ys]
-        return joined_pairs(found)
-
-    def nearest(self, rows: Indices) -> Pairs:
-        """The nearest pair of each row, or some pair that overlaps."""
-        found = []
-        for place, row in enumerate(rows.tolist()):
-            nearest = nearest_atoms(
-                groups(leaves(self.a[row]), surfaces=True), groups(leaves(self.b[row]), surfaces=True)
-            )
-            found.append(nearest._replace(row=np.full(1, place)))
-        return joined_pairs(found)
+    def contacts(self) -> Contact:
+        """Overlapping pairs of the only row, the deepest first."""
+        overlapping, _ = self.module.contacts(self.batch)
+        while overlapping < 0:
+            self._enlarge()
+            overlapping, _ = self.module.contacts(self.batch)
+        found = np.asarray([self.batch.pairs[k] for k in range(overlapping)]).reshape(overlapping, atoms.ANSWER)
+        part_a, part_b = np.divmod(found[:, 0].astype(np.int64), self.atoms[1].atoms.shape[1])
+        return Contact(part_a, part_b, _separation(found[:, 1:], np.repeat(self.exponent, overlapping)))
 
 
-def _moved_pairs(x: Group, y: Group, places: Indices, moves: Array, bounds: Array) -> Pairs:
-    """Near pairs of two groups after several moves of the second, answered by one call."""
-    near = [
-        candidates(x, y.shifted(move), float(bound), nearest=False) for move, bound in zip(moves, bounds, strict=True)
-    ]
-    i, j = (np.concatenate([pair[side] for pair in near]) for side in (0, 1))
-    which = np.repeat(np.arange(len(places)), [len(pair[0]) for pair in near])
-    if not len(i):
-        return joined_pairs([])
-    answer = ask(x.proxies[i], y.proxies[j].translated(moves[which]))
-    return Pairs(places[which], x.numbers[i], y.numbers[j], answer)
+def scenes(a: Proxy, b: Proxy) -> Iterator[Scenes]:
+    """Two batches of unions, in slices that are packed one after the other."""
+    step = max(1, CHUNK // (atom_count(a) + atom_count(b)))
+    for start in range(0, max(len(a), 1), step):  # an empty batch is one of no rows
+        yield Scenes(a[start : start + step], b[start : start + step])
 
 
-def nearest_atoms(xs: Sequence[Group], ys: Sequence[Group], within: float = np.inf) -> Pairs:
-    """Nearest pair of atoms of two unions, or some pair that overlaps; none where no pair is as near as `within`."""
-    best = joined_pairs([])
-    for x in xs:
-        for y in ys:
-            i, j, least = candidates(x, y, within)
-            start, size = 0, FIRST
-            while start < len(i) and least[start] <= within:
-                some = slice(start, start + size)
-                answer = ask(x.proxies[i[some]], y.proxies[j[some]])
-                row = np.array([np.argmin(answer.distance)])
-                if not len(best.row) or answer.distance[row] < best.found.distance:
-                    best = Pairs(
-                        np.zeros(1, dtype=np.int64), x.numbers[i[some][row]], y.numbers[j[some][row]], answer[row]
-                    )
-                    within = min(within, float(best.found.distance[0]))
-                    if within < 0:
-                        return best
-                start, size = start + size, 2 * size
-    return best
-
-
-def scene(a: Proxy, b: Proxy) -> SmallScene | LargeScene:
-    """The way that fits two batches."""
-    count = 1
-    for x in (a, b):
-        own = 0
-        for leaf in leaves(x):
-            if isinstance(leaf, Polyhedron):
-                if len(leaf.triangles) > FEW_FACES and not leaf.solid.is_convex:
-                    return LargeScene(a, b)
-                own += len(leaf.pieces)
-            else:
-                own += 1
-        count *= own
-    return SmallScene(a, b) if count <= FEW_PAIRS else LargeScene(a, b)
+def _separation(rows: Array, exponent: Any) -> Separation:
+    """Scale answers back."""
+    with np.errstate(over="ignore"):
+        lengths = np.ldexp(rows[:, [0, 4, 5, 6, 7, 8, 9]], exponent[:, None])
+    return Separation(lengths[:, 0], lengths[:, 1:4], lengths[:, 4:7], rows[:, 1:4])

@@ -20,13 +20,14 @@ from refimpl import (
     Sphere,
     distance,
     intersect,
+    large_meshes,
     raycast,
     scenes,
 )
 from refimpl.algorithms.surfaces import face_rows
 from refimpl.contacts import contacts
+from refimpl.kernels.leastmove import shortest
 from refimpl.kernels.surface import face_square, foot_on_face
-from refimpl.leastmove import shortest
 from refimpl.supports import support
 from tests.solids import L_SHAPE, SOLIDS, box, hollow_box, prism, together, torus, turned
 
@@ -170,8 +171,8 @@ def test_trees_answer_as_all_pairs_do(kind, monkeypatch):
     mesh, other = make(Polyhedron, rng, 1.0), make(kind, rng, 1.0)
     few = distance(mesh, other)
     hit = intersect(mesh, other)
-    monkeypatch.setattr(scenes, "FEW_FACES", 0)
-    monkeypatch.setattr(scenes, "FEW_PAIRS", 0)
+    monkeypatch.setattr(large_meshes, "FEW_FACES", 0)
+    monkeypatch.setattr(scenes, "MOST_PAIRS", 1)
     many = distance(mesh, other)
     apart = few.distance > 1e-9
     assert np.all(np.abs(few.distance - many.distance)[apart] <= 1e-13 * size_of(mesh, other)[apart])
@@ -412,13 +413,12 @@ def test_what_is_no_union_is_refused(build, why):
 
 
 def test_the_shortest_vector_beyond_planes():
-    normals = np.array(
-        [[[1.0, 0, 0], [0, 1, 0], [0, 0, 1]], [[1, 0, 0], [-1, 0, 0], [0, 1, 0]], [[1, 0, 0], [0.6, 0.8, 0], [0, 0, 1]]]
-    )
-    levels = np.array([[1.0, 2, 3], [1, 1, 0], [1, 0.1, -np.inf]])
-    t, possible = shortest(normals, levels)
-    assert possible.tolist() == [True, False, True]
-    assert np.allclose(t[[0, 2]], [[1, 2, 3], [1, 0, 0]])
+    corner = [1.0, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3]
+    assert shortest(corner, 3) == ((1.0, 2.0, 3.0), (0, 1, 2), True)
+    assert shortest(corner, 1) == ((1.0, 0.0, 0.0), (0, -1, -1), True)
+    assert not shortest([1.0, 0, 0, 1, -1, 0, 0, 1, 0, 1, 0, 0], 3)[2]
+    assert shortest([1.0, 0, 0, 1, 0.6, 0.8, 0, 0.1], 2) == ((1.0, 0.0, 0.0), (0, -1, -1), True)
+    assert shortest([], 0) == ((0.0, 0.0, 0.0), (-1, -1, -1), True)
 
 
 def test_the_shortest_vector_meets_the_conditions_of_a_minimum():
@@ -427,8 +427,13 @@ def test_the_shortest_vector_meets_the_conditions_of_a_minimum():
     normals = rng.normal(size=(300, 6, 3)) + np.array([0.7, 0, 0])
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     levels = rng.uniform(-0.5, 1.0, (300, 6))
-    found, possible = shortest(normals, levels)
+    planes = np.concatenate([normals, levels[:, :, None]], axis=2).reshape(300, -1).tolist()
+    moves, corners, whether = zip(*(shortest(row, 6) for row in planes), strict=True)
+    found, possible = np.array(moves), np.array(whether)
     assert 100 < possible.sum() < 300
+    for row, t, corner in zip(normals[possible], found[possible], np.array(corners)[possible], strict=True):
+        held = row[corner[corner >= 0]]
+        assert np.linalg.norm(t - held.T @ np.linalg.lstsq(held.T, t, rcond=None)[0]) <= 1e-12 * np.linalg.norm(t)
     for n, level, t in zip(normals[possible], levels[possible], found[possible], strict=True):
         slack = n @ t - level
         assert np.min(slack) >= -1e-11 * (1 + np.linalg.norm(t))

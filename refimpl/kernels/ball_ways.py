@@ -28,7 +28,9 @@ ROUNDS = 24
 """Planes that may stand in the way; a search that meets more is given up."""
 DESCENTS = 10
 STEPS = 16
-DETOUR = 1.25
+SAME = 1e-4
+"""Lengths that differ by less than this part of them are on their way to the same."""
+DETOUR = 1.1
 """A way this much longer than the best may still lead, by descent, to a shorter one."""
 GAIN = 1.0 - 1e-9
 ROUNDING = 2.0**-49
@@ -98,17 +100,24 @@ def _freed(
 
 @kernel
 def _descended(
-    row: Row, ball: Row, blur: float, way: Way, count: int, planes: Scratch, keys: Keys, stack: Scratch
+    row: Row, ball: Row, blur: float, way: Way, best: float, count: int, planes: Scratch, keys: Keys, stack: Scratch
 ) -> Way:
-    """Shorten a free way, as long as that gains something, or faces are met that were not known."""
+    """Shorten a free way, as long as that gains something, or faces are met that were not known.
+
+    It is given up where it only comes to what is the best so far, or would not come to that in as many steps again.
+    """
     for _ in range(DESCENTS):
+        before = length(way[0])
         count = _renewed(row, ball, way, planes, keys, count)
-        better, met = _freed(row, ball, blur, GAIN * length(way[0]), count, planes, keys, stack)
+        better, met = _freed(row, ball, blur, GAIN * before, count, planes, keys, stack)
+        count, known = met, count
         if better[2]:
             way = better
-        elif met == count:
+            over = length(way[0]) - best
+            if over > 0.0 and (over < SAME * best or DESCENTS * (before - length(way[0])) < over):
+                break
+        elif met == known:
             break
-        count = met
     return way
 
 
@@ -141,26 +150,41 @@ def _marched(row: Row, ball: Row, blur: float, spot: Spot, d: Vector, limit: flo
 
 
 @kernel
+def _back(row: Row, ball: Row, t: Vector, step: float, stack: Scratch) -> tuple[Vector, Spot]:
+    """A way that is shorter by a step, and what is near its end."""
+    t = times(max(1.0 - step / length(t), 0.0), t)
+    return t, height(row, plus(three(ball, 0), t), 0, stack)
+
+
+@kernel
 def _drawn_back(row: Row, ball: Row, blur: float, way: Way, stack: Scratch) -> Way:
-    """Shorten a free way while it ends above the surface: so much nearer, the ball is still free."""
+    """Shorten a free way while it ends above the surface.
+
+    By as much as the ball is above it, it surely can; by what the nearest plane allows, it mostly can.
+    """
     for _ in range(STEPS):
         t, spot, _ = way
         size, spare = length(t), spot[0] - ball[3]
         if not spare > blur or not size > spare:
             break
-        t = times((size - spare) / size, t)
-        spot = height(row, plus(three(ball, 0), t), 0, stack)
+        slope = dot(spot[1], t) / size
+        t, spot = _back(row, ball, way[0], spare / slope if slope > 0.0 else spare, stack)
+        if spot[0] < ball[3] - blur:
+            t, spot = _back(row, ball, way[0], spare, stack)
         if spot[0] < ball[3] - blur:
             break
-        way = (t, spot, way[2])
+        way = (t, spot, True)
     return way
 
 
 @kernel
 def way_out(
     row: Row, ball: Row, here: Spot, directions: Sequence[Row], planes: Scratch, keys: Keys, stack: Scratch
-) -> tuple[Way, float]:
-    """A short way out of the solid for a ball that overlaps it, and a length below which there is none.
+) -> tuple[Vector, Vector, float, float]:
+    """A short way out of the solid for a ball that overlaps it: the move, and where the ball touches the surface then.
+
+    Third, a length that is enough, what rounding left added; fourth, one below which none is. The two are the same
+    where they differ by rounding.
 
     Parameters
     ----------
@@ -178,7 +202,7 @@ def way_out(
     way, count = _freed(row, ball, blur, math.inf, count, planes, keys, stack)
     best = math.inf
     if way[2]:
-        way = _descended(row, ball, blur, way, count, planes, keys, stack)
+        way = _descended(row, ball, blur, way, math.inf, count, planes, keys, stack)
         best = length(way[0])
     if best > lower + 2.0 * blur:
         for i in range(len(directions)):
@@ -190,11 +214,12 @@ def way_out(
         for i in range(len(directions)):
             other = _marched(row, ball, blur, here, three(directions[i], 0), DETOUR * best, stack)
             if other[2]:
-                other = _descended(row, ball, blur, other, 0, planes, keys, stack)
+                other = _descended(row, ball, blur, other, best, 0, planes, keys, stack)
                 if length(other[0]) < best:
                     way, best = other, length(other[0])
         way = _drawn_back(row, ball, blur, way, stack)
-    return way, lower
+    depth = length(way[0]) + max(0.0, r - way[1][0])
+    return way[0], way[1][2], lower if depth <= lower + 2.0 * blur else depth, lower
 
 
 @kernel
@@ -212,8 +237,7 @@ def ways_out(
     for i in range(len(balls)):
         spot, answer = spots[i], answers[i]
         here = (spot[0], three(spot, 1), three(spot, 4), int(spot[8]), spot[7] > 0.0)
-        (t, there, _), lower = way_out(row, balls[i], here, directions, planes, keys, stack)
-        depth = length(t) + max(0.0, balls[i][3] - there[0])
-        answer[0], answer[1] = depth, min(lower, depth)
-        answer[2], answer[3], answer[4] = there[2]
+        t, foot, depth, lower = way_out(row, balls[i], here, directions, planes, keys, stack)
+        answer[0], answer[1] = depth, lower
+        answer[2], answer[3], answer[4] = foot
         answer[5], answer[6], answer[7] = t

@@ -1,0 +1,285 @@
+"""Translations that separate overlapping unions: found from tangents, and shortened.
+
+One tangent for each pair of atoms that stands in the way leaves a convex set of translations, of which the shortest is
+found exactly; where other pairs overlap there, they join. Each round is sure of more pairs, so it ends: with a
+translation that frees all, or with planes that contradict. From a free translation the same step, with tangents taken
+there, leads to one that is no longer: a descent.
+
+No pair is answered that a tangent proves free: so a scene that the deepest pair's way frees costs no answer at all.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from . import kernel
+from .atom_pairs import answer
+from .atoms import Scene, support_gap
+from .leastmove import LEVEL, PLANE, Corner, shortest
+from .nearby import near
+from .tangents import Floats, Ints, Tangents, highest, is_full, learn, taken_at
+from .vectors import Vector, dot, length, times, unit_or
+
+ROUNDS, DESCENTS = 64, 3
+GAIN = 1e-9
+"""A descent goes on as long as it shortens the way by this part."""
+SLOPE = 1e-6
+"""A direction that rises less than this over a tangent does not lead out of its pair."""
+HERE = (0.0, 0.0, 0.0)
+UNKNOWN = (math.nan, math.nan, math.nan)
+START, NO_PLACE = 0, -1
+"""Numbers of translations: that by nothing; and for tangents that are known without having been taken anywhere."""
+
+
+class Search(NamedTuple):
+    """What a search for ways knows, and room to work in.
+
+    Attributes
+    ----------
+    known
+        Tangents.
+    planes, source
+        Those that a translation has to respect, and their numbers.
+    listed
+        Pairs that are near.
+    places
+        One number: how many translations have been looked at.
+    short
+        One number: 1 once there was no room for something, so that nothing that is found may count.
+    reach
+        Lengths of ways along directions.
+    """
+
+    known: Tangents
+    planes: Floats
+    source: Ints
+    listed: Ints
+    places: Ints
+    short: Ints
+    reach: Floats
+
+
+class Way(NamedTuple):
+    """A translation.
+
+    Attributes
+    ----------
+    found
+        Whether it frees; if not, the rest means nothing.
+    move, gap, place
+        The translation; the least value of a tangent there over the pairs near each other, negative by rounding only;
+        its number.
+    """
+
+    found: bool
+    move: Vector
+    gap: float
+    place: int
+
+
+@kernel
+def no_way() -> Way:
+    """Nothing found."""
+    return Way(False, HERE, -math.inf, NO_PLACE)
+
+
+@kernel
+def long(way: Way) -> float:
+    """Length that surely is enough: what is left by rounding is added."""
+    return length(way.move) + max(0.0, -way.gap) if way.found else math.inf
+
+
+@kernel
+def shorter(way: Way, other: Way) -> Way:
+    """The shorter one of two ways; the first, where they are equal."""
+    return other if long(other) < long(way) else way
+
+
+@kernel
+def near_pairs(scene: Scene, search: Search, move: Vector, within: float) -> int:
+    """List the pairs that are near after a translation."""
+    count = near(scene, move, within, search.listed)
+    if count > len(search.listed):
+        search.short[0] = 1
+        return 0
+    return count
+
+
+@kernel
+def lacks_room(search: Search, planes: int) -> bool:
+    """Whether there is no room for one more tangent, or plane after so many."""
+    full = is_full(search.known) or planes >= len(search.source)
+    if full:
+        search.short[0] = 1
+    return full
+
+
+@kernel
+def _new_place(search: Search) -> int:
+    search.places[0] += 1
+    return search.places[0]
+
+
+@kernel
+def ask(scene: Scene, search: Search, pair: int, move: Vector, place: int) -> float:
+    """Signed distance of a pair after a translation; its tangent is kept."""
+    across = len(scene.b)
+    sigma, n, x, _ = answer(scene, pair // across, pair % across, move)
+    if sigma > -math.inf:
+        learn(search.known, pair, place, move, sigma, n, x)
+    return sigma
+
+
+@kernel
+def _parted(scene: Scene, search: Search, pair: int, move: Vector) -> bool:
+    """Whether an unknown pair is apart along the way itself; cheaper than an answer."""
+    across = len(scene.b)
+    n = unit_or(move, (1.0, 0.0, 0.0))
+    gap = support_gap(scene, pair // across, pair % across, move, n)
+    if gap >= 0.0:
+        learn(search.known, pair, NO_PLACE, move, gap, n, UNKNOWN)
+    return gap >= 0.0
+
+
+@kernel
+def _respect(search: Search, count: int, i: int) -> int:
+    """Make tangent number `i` a plane that translations have to respect, after `count` others."""
+    search.source[count] = i
+    for k in range(PLANE):
+        search.planes[PLANE * count + k] = search.known.plane[PLANE * i + k]
+    return count + 1
+
+
+@kernel
+def _blocked(scene: Scene, search: Search, move: Vector, place: int, tolerance: float, count: int) -> tuple[int, float]:
+    """Add the tangents of all pairs that overlap after a translation to `count` planes.
+
+    Gives how many planes there are then, −1 where there is no room for them, or no end to an overlap; and the least
+    that is known of the distances of all pairs near each other.
+    """
+    known, least = search.known, math.inf
+    for k in range(near_pairs(scene, search, move, 0.0)):
+        pair = search.listed[k]
+        best, sigma = highest(known, pair, move)
+        if sigma < -tolerance and taken_at(known, pair, place) < 0:
+            if lacks_room(search, 0):
+                return -1, -math.inf
+            if best < 0 and _parted(scene, search, pair, move):
+                sigma = highest(known, pair, move)[1]
+            else:
+                sigma = ask(scene, search, pair, move, place)
+        if sigma < -tolerance:
+            if sigma == -math.inf or lacks_room(search, count):
+                return -1, -math.inf
+            count = _respect(search, count, taken_at(known, pair, place))
+        least = min(least, sigma)
+    return count, least
+
+
+@kernel
+def freed(scene: Scene, search: Search, count: int, limit: float, tolerance: float) -> Way:
+    """From `count` planes on, let pairs that overlap join until none does, unless the way grows beyond a limit."""
+    for _ in range(ROUNDS):
+        move, _, possible = shortest(search.planes, count)
+        if not possible or length(move) >= limit:
+            break
+        place = _new_place(search)
+        all_planes, gap = _blocked(scene, search, move, place, tolerance, count)
+        if all_planes == count:
+            return Way(True, move, gap, place)
+        if all_planes < 0:
+            break
+        count = all_planes
+    return no_way()
+
+
+@kernel
+def freed_from_start(scene: Scene, search: Search, deepest: int, limit: float, tolerance: float) -> Way:
+    """The same from the tangents number 0 to `deepest` on, which are those of the pairs that overlap at first."""
+    count = 0
+    for i in range(deepest):
+        if lacks_room(search, count):
+            return no_way()
+        count = _respect(search, count, i)
+    return freed(scene, search, count, limit, tolerance)
+
+
+@kernel
+def _stale(search: Search, corner: Corner, place: int) -> int:
+    """One of the planes that hold a translation whose tangent was not taken at a place; −1 for none."""
+    for k in corner:
+        if k >= 0 and search.known.place[search.source[k]] != place:
+            return k
+    return -1
+
+
+@kernel
+def _planes_at(scene: Scene, search: Search, way: Way) -> int:
+    """Collect tangents of all pairs near each other at the end of a way; those that matter are taken just there.
+
+    Gives how many, −1 where there is no room for them.
+    """
+    known, count = search.known, near_pairs(scene, search, way.move, 0.0)
+    for k in range(count):
+        if lacks_room(search, k):
+            return -1
+        _respect(search, k, highest(known, search.listed[k], way.move)[0])
+    for _ in range(count):
+        k = _stale(search, shortest(search.planes, count)[1], way.place)
+        if k < 0:
+            break
+        pair = search.listed[k]
+        if taken_at(known, pair, way.place) < 0:
+            if lacks_room(search, k):
+                return -1
+            ask(scene, search, pair, way.move, way.place)
+        _respect(search, k, taken_at(known, pair, way.place))
+    return count
+
+
+@kernel
+def descended(scene: Scene, search: Search, way: Way, lower: float, tolerance: float) -> Way:
+    """Shorten a way by tangents at its end, as long as that gains something, but not below a lower bound."""
+    for _ in range(DESCENTS):
+        if long(way) <= lower + 2.0 * tolerance or not way.found:
+            break
+        count = _planes_at(scene, search, way)
+        if count < 0:
+            break
+        better = freed(scene, search, count, long(way) * (1.0 - GAIN), tolerance)
+        if long(better) >= long(way):
+            break
+        way = better
+    return way
+
+
+@kernel
+def pushed(scene: Scene, search: Search, direction: Vector, limit: float, tolerance: float) -> Way:
+    """A short way along a direction: each pair that stands in it is left by its tangent."""
+    s = 0.0
+    for _ in range(ROUNDS):
+        move = times(s, direction)
+        place = _new_place(search) if s > 0.0 else START
+        count, gap = _blocked(scene, search, move, place, tolerance, 0)
+        if count == 0:
+            return Way(True, move, gap, place)
+        beyond = s
+        for k in range(count):
+            slope = dot(
+                (search.planes[PLANE * k], search.planes[PLANE * k + 1], search.planes[PLANE * k + 2]), direction
+            )
+            if slope > SLOPE:
+                beyond = max(beyond, search.planes[PLANE * k + LEVEL] / slope)
+        if not s < beyond < limit:
+            break
+        s = beyond
+    return no_way()
+
+
+@kernel
+def ended(scene: Scene, search: Search, move: Vector, tolerance: float) -> Way:
+    """A way that is known to free, looked at."""
+    place = _new_place(search)
+    count, gap = _blocked(scene, search, move, place, tolerance, 0)
+    return Way(True, move, gap, place) if count == 0 else no_way()
