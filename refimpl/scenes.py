@@ -135,7 +135,7 @@ class Scenes:
             done = self.module.separations(self.batch, search, tolerances, done, answers)
             if done < count:
                 self._enlarge()
-        found = np.asarray(answers)
+        found = np.asarray(answers).reshape(count, RESULT)
         lower, middle = np.ldexp(found[:, 10], self.exponent), np.ldexp(found[:, 11:], self.exponent[:, None])
         return _separation(found, self.exponent), lower, middle
 

@@ -7,6 +7,7 @@ import pytest
 
 from refimpl import Box, Composite, Cylinder, Polyhedron, Sphere, distance, scenes
 from refimpl.kernels import tangents, unions, ways
+from refimpl.kernels.escapes import RESULT, way_out
 from refimpl.kernels.ways import HERE
 from refimpl.scenes import scenes as scenes_of
 from refimpl.searches import search_room
@@ -76,6 +77,28 @@ def test_where_the_deepest_pair_decides_nothing_is_asked_again(plain, monkeypatc
     notch = distance(pair, Sphere([0.5, 1.5, 0], 1.0))  # left by both at once: √(4 − 1/4) above their centres
     assert notch.distance == pytest.approx(1.5 - np.sqrt(3.75), abs=1e-12)
     assert asked
+
+
+def test_a_search_tells_where_its_room_is_too_small(plain):
+    """For tangents, for planes, and for pairs near each other."""
+    rng = np.random.default_rng(3)
+    (there,) = scenes_of(*unions_of(rng, 0.3))
+    told = np.zeros(3, dtype=int)
+    for row in range(N):
+        scene = unions.scene_of(there.batch, row)
+        overlapping, answered = unions.nearest(scene)
+        pairs = len(scene.a) * len(scene.b)
+        whole, less = [0.0] * RESULT, [0.0] * RESULT
+        assert way_out(scene, search_room(pairs, pairs, ways), overlapping, answered, 1e-12, whole)
+        few, one, single = (search_room(pairs, pairs, ways) for _ in range(3))
+        few = few._replace(known=few.known._replace(pair=[0] * (answered + 1)))
+        small = [few, one._replace(source=[0]), single._replace(listed=[0])]
+        for i, search in enumerate(small):
+            if way_out(scene, search, overlapping, answered, 1e-12, less):
+                assert less == whole
+            else:
+                told[i] += 1
+    assert np.all(told > 0)
 
 
 def test_too_little_room_is_made_larger_and_changes_nothing(plain, monkeypatch):

@@ -12,7 +12,7 @@ from .vectors import Vector, length, times, unit_or
 from .ways import HERE, ROUNDS, START, UNKNOWN, Search, Way, ask, ended, lacks_room, near_pairs
 
 MOST_BACK = 4096
-"""So many pairs are looked at to draw a way back; there is room for them."""
+"""So many pairs are looked at to draw a way back."""
 
 
 @kernel
@@ -45,6 +45,9 @@ def _way_back(scene: Scene, search: Search, way: Way, direction: Vector, size: f
     left, known = 0.0, search.known
     count = near(scene, way.move, size, search.listed)
     if count > MOST_BACK:
+        return size
+    if count > len(search.listed):
+        search.short[0] = 1
         return size
     for k in range(count):
         pair = search.listed[k]
