@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refimpl.algorithms.halfspaces import halfspace_halfspace, unit_plane
-from refimpl.algorithms.polytopes import POINT, _boxes, _rows_of, _segments
+from refimpl.algorithms.polytopes import own_row, table_of
 from refimpl.algorithms.rows import body_rows
 from refimpl.atoms import leaves, piece_atoms
 from refimpl.kernels import atoms
 from refimpl.kernels.bodies import AXES, CENTER, VERTICES
 from refimpl.kernels.bodies import SIZES as BODY_SIZES
+from refimpl.kernels.boxes import SEGMENT, TURNED
 from refimpl.kernels.polytopes import FACTOR
+from refimpl.kernels.polytopes_batch import MIDDLE, POINT, POWER
+from refimpl.kernels.scaling import NOTHING
 from refimpl.linear import Array, apply, rotation_matrix
 from refimpl.proxy import Proxy
 from refimpl.shapes import (
@@ -138,42 +141,50 @@ def _put_atom(shape: Proxy, exponent: NDArray[np.int64], rows: Array) -> Array |
 
 def _put_hull(x: KDOP | ConvexPolyhedron, exponent: NDArray[np.int64], rows: Array) -> Array:
     derived = x.derived().times_power(-exponent)  # what the hull itself was made of need not be scaled
-    table, middles = _rows_of(derived.table)
-    rows[:, :3] = np.ldexp(middles[derived.which], derived.exponent[:, None])
+    table, notes = table_of(derived)
+    middles, powers = _scales(notes)
+    power = powers[derived.which] + derived.exponent
+    rows[:, :3] = np.ldexp(middles[derived.which], power[:, None])
     if isinstance(x, ConvexPolyhedron):
         matrix = rotation_matrix(x.rotation)
         rows[:, :3] = np.ldexp(x.position, -exponent[:, None]) + apply(matrix, rows[:, :3])
         rows[:, NINE] = matrix.reshape(-1, 9)
-    rows[:, FACTOR], rows[:, atoms.KIND] = np.ldexp(1.0, derived.exponent), atoms.HULL
+    rows[:, FACTOR], rows[:, atoms.KIND] = np.ldexp(1.0, power), atoms.HULL
     rows[:, atoms.SHAPE] = derived.which
     return table
 
 
+def _scales(notes: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Where the origins of geometries lie, and by which powers of two these are multiplied."""
+    power = notes[:, POWER].astype(np.int64)
+    return notes[:, MIDDLE : MIDDLE + 3], np.where(power == NOTHING, 0, power)
+
+
 def _put_pieces(mesh: Polyhedron, exponent: NDArray[np.int64], rows: Array) -> Array:
     """Write the rows of the pieces of a mesh in all its placements; gives the table of their geometries."""
-    table, middles = _piece_rows(mesh.solid)
+    table, middles, powers = _piece_rows(mesh.solid)
     matrix = rotation_matrix(mesh.rotation)
-    factor = np.ldexp(1.0, -exponent)
+    power = powers - exponent[:, None]
     position = np.ldexp(mesh.position, -exponent[:, None])
-    rows[..., :3] = position[:, None] + apply(matrix[:, None], factor[:, None, None] * middles)
+    rows[..., :3] = position[:, None] + apply(matrix[:, None], np.ldexp(middles, power[..., None]))
     rows[..., NINE] = matrix.reshape(-1, 1, 9)
-    rows[..., FACTOR], rows[..., atoms.KIND] = factor[:, None], atoms.HULL
+    rows[..., FACTOR], rows[..., atoms.KIND] = np.ldexp(1.0, power), atoms.HULL
     rows[..., atoms.SHAPE] = np.arange(len(middles))
     return table
 
 
-_PIECES: dict[str, tuple[Array, Array]] = {}
+_PIECES: dict[str, tuple[Array, Array, NDArray[np.int64]]] = {}
 _STACKED: dict[tuple[int, ...], tuple[Sequence[Array], Array]] = {}
 
 
-def _piece_rows(solid: Solid) -> tuple[Array, Array]:
-    """Geometries of the convex pieces of a mesh, in their order, and where their origins lie in its frame."""
+def _piece_rows(solid: Solid) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Geometries of the convex pieces of a mesh, in their order, where their origins lie in its frame, their scales."""
     if solid.digest not in _PIECES:
         batches = piece_atoms(solid)
-        found = [_rows_of(batch.proxies.derived().table) for batch in batches]
+        found = [table_of(batch.proxies.derived()) for batch in batches]
         order = np.argsort(np.concatenate([batch.numbers for batch in batches]))
-        table = _filled([rows for rows, _ in found])[order]
-        _PIECES[solid.digest] = table, np.concatenate([middles for _, middles in found])[order]
+        middles, powers = _scales(np.concatenate([notes for _, notes in found])[order])
+        _PIECES[solid.digest] = _filled([rows for rows, _ in found])[order], middles, powers
         while len(_PIECES) > REMEMBERED:
             del _PIECES[next(iter(_PIECES))]
     return _PIECES[solid.digest]
@@ -225,5 +236,4 @@ def _half_spaces(union: Proxy, rows: Packed) -> list[tuple[HalfSpace, Array]]:
 @cache
 def fixed_rows() -> tuple[Array, Array, Array]:
     """Geometries of a box, a segment and a point, whose sizes the kernels fill in."""
-    one = np.ones((1, 3))
-    return _boxes(-one, one)[0], _segments(-one, one)[0], POINT[0]
+    return own_row(TURNED), own_row(SEGMENT), own_row(POINT)

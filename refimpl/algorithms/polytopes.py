@@ -87,7 +87,7 @@ def _different(rows: Any) -> Any:
 _known: WeakKeyDictionary[Hull, tuple[Array, Array]] = WeakKeyDictionary()
 
 
-def _table_of(derived: Derived) -> tuple[Array, Array]:
+def table_of(derived: Derived) -> tuple[Array, Array]:
     """Rows of a table of derived hulls, each brought to a size of about 1, and a note on each; found once."""
     table = derived.table
     if table not in _known:
@@ -99,7 +99,7 @@ def _table_of(derived: Derived) -> tuple[Array, Array]:
 
 
 @cache
-def _own_row(kind: int) -> Array:
+def own_row(kind: int) -> Array:
     """Row of the box from −1 to 1, of a segment, or of a point."""
     if kind == POINT:
         return np.array([1.0, 0, 0, 0, 0, 0, FIRST + 3, FIRST + 3, 0, 0, 0, 0])
@@ -117,12 +117,12 @@ def side(x: Proxy) -> Side:
     if isinstance(x, (KDOP, ConvexPolyhedron)):
         derived = x.derived()
         rows = np.zeros((count, 0)) if isinstance(x, KDOP) else np.concatenate([x.position, x.rotation], axis=1)
-        geometries, notes = _table_of(derived)
+        geometries, notes = table_of(derived)
         index = [np.array(column, dtype=np.int64) for column in (derived.which, derived.exponent)]
-        columns = [rows.reshape(-1), rows.shape[1], geometries, notes.reshape(-1), *index, _own_row(POINT)]
+        columns = [rows.reshape(-1), rows.shape[1], geometries, notes.reshape(-1), *index, own_row(POINT)]
         return Side(STANDING if isinstance(x, KDOP) else PLACED, *columns)
     kind, rows, none = KINDS[type(x)], x.pack(), np.zeros(count, dtype=np.int64)
-    own = _own_row(kind)
+    own = own_row(kind)
     columns = [rows.reshape(-1), rows.shape[1], own[None], np.zeros(NOTE), none, none, own.copy()]
     return Side(kind, *columns)
 
