@@ -34,7 +34,7 @@ from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.wire import impact_from_json, impact_to_json
 from tests.conftest import name_of
 from tests.sample_impact import FLAT, answered
-from tests.wrong_impact_engines import (
+from tests.wrong_impacts import (
     AlwaysElastic,
     Eager,
     Impulses,

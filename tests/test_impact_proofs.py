@@ -25,7 +25,7 @@ from refimpl.proof.impacts import (
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.wire import impact_from_json, impact_to_json
 from tests.impact_scenes import Scene, scenes, wide_scenes
-from tests.wrong_impacts import EXAMPLE, KANE, full_stick
+from tests.wrong_impact_formulas import EXAMPLE, KANE, full_stick
 
 F = Fraction
 

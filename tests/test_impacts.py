@@ -26,7 +26,7 @@ from refimpl.impacts import (
 from refimpl.impacts.laws import certify
 from refimpl.proof.impacts import Residuals
 from tests.impact_scenes import HEAVY, MASSES, NORMALS, NUMBERS, RUBS, SHARES, VECTORS, Scene, scenes
-from tests.wrong_impacts import (
+from tests.wrong_impact_formulas import (
     EXAMPLE,
     KANE,
     against,

@@ -1,120 +1,226 @@
-"""Formulas of impacts that are wrong on purpose, and scenes on which each breaks a law."""
+"""A small engine that is right about impacts, and others made from it that are wrong on purpose, each in one way."""
 
 from __future__ import annotations
 
-from fractions import Fraction
-from typing import Any
+from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 
-from refimpl.impacts import RigidBody, impact_of_bodies, impact_of_particles
-from tests.impact_scenes import Scene
+from oracles.engine import (
+    NATIVE,
+    VELOCITIES,
+    AnswerRow,
+    Array,
+    Engine,
+    Kind,
+    Row,
+    Solver,
+    Support,
+    Tolerance,
+    answer_row,
+    unsupported,
+)
+from oracles.motion import WIDTH, Motion, Moving
 
-F = Fraction
+
+class Impulses(Engine):
+    """One impulse at the contact: Newton's restitution, and Coulomb's friction on balls, by 3 × 3 matrices."""
+
+    name: ClassVar[str] = "impulses"
+
+    def versions(self) -> dict[str, str]:
+        return {"impulses": "1.0"}
+
+    def warm(self) -> None:
+        pass
+
+    def _support(self, query: str, A: Kind, B: Kind) -> Support:
+        return unsupported("impacts only")
+
+    def _impact_support(self, A: Kind, B: Kind) -> Support:
+        return NATIVE
+
+    def says(self, query: str, A: Kind, B: Kind) -> frozenset[str]:
+        return frozenset(VELOCITIES)
+
+    def tolerance(self, query: str, A: Kind, B: Kind) -> Tolerance:
+        return Tolerance.uniform(0.0, 1e-12, "closed forms")
+
+    def solver(self, query: str, A: Kind, B: Kind) -> Solver:
+        self.require(query, A, B)
+        return lambda a, b: self.meet(Motion.unpack(np.array(a[-WIDTH:])))
+
+    def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
+        return (
+            f"import numpy as np\n\nfrom oracles.motion import Motion\nfrom {__name__} import {type(self).__name__}\n\n"
+            f"print({type(self).__name__}().meet(Motion.unpack(np.array({row_a[-WIDTH:]!r}))))\n"
+        )
+
+    def meet(self, motion: Motion) -> AnswerRow:
+        """Velocities after; the others go wrong in what is called here."""
+        if self.closing(motion) >= 0:
+            return told(motion.a, motion.b)
+        impulse = self.impulse(motion)
+        return told(self.pushed(motion.a, motion.point, -impulse), self.pushed(motion.b, motion.point, impulse))
+
+    def closing(self, motion: Motion) -> float:
+        return float(motion.closing)
+
+    def impulse(self, motion: Motion) -> Array:
+        n = motion.normal / np.linalg.norm(motion.normal)
+        u = motion.approach
+        give = gives(motion.a, motion.point) + gives(motion.b, motion.point)
+        stop = -(n @ u) / (n @ give @ n) * n
+        along = (1 + self.restitution(motion)) * stop
+        if motion.friction == 0:
+            return np.asarray(along)
+        toward = -np.linalg.solve(give, u) - stop
+        return np.asarray(along + self.share(along, toward, n, float(motion.friction)) * toward)
+
+    def restitution(self, motion: Motion) -> float:
+        return float(motion.restitution)
+
+    def share(self, along: Array, toward: Array, n: Array, friction: float) -> float:
+        """The largest share of `toward`, from 0 to 1, with which the impulse stays in the cone."""
+        side = float(np.linalg.norm(np.cross(n, toward)))
+        needed = side - friction * (n @ toward)
+        return min(1.0, friction * (n @ along) / needed) if needed > 0 else 1.0
+
+    def pushed(self, body: Moving, point: Array, impulse: Array) -> Moving:
+        if body.inverse_mass == 0:
+            return body
+        turn = np.linalg.solve(body.inertia, np.cross(self.lever(body, point), impulse))
+        velocity = body.velocity + body.inverse_mass * impulse
+        return replace(body, velocity=velocity, angular_velocity=body.angular_velocity + turn)
+
+    def lever(self, body: Moving, point: Array) -> Array:
+        return np.asarray(point - body.position)
 
 
-def array(*numbers: Any) -> Any:
-    return np.array([F(x) for x in numbers], dtype=object)
+def gives(body: Moving, point: Array) -> Array:
+    """Change of the velocity at a point by an impulse there."""
+    if body.inverse_mass == 0:
+        return np.zeros((3, 3))
+    r = point - body.position
+    cross = np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
+    return np.asarray(body.inverse_mass * np.eye(3) - cross @ np.linalg.solve(body.inertia, cross))
 
 
-def against(scene: Scene) -> tuple[RigidBody, RigidBody]:
-    """The impulse with the other sign."""
-    after = impact_of_bodies(*scene.question)
-    both = zip((scene.a, scene.b), (after.a, after.b), strict=True)
-    a, b = (
-        old.with_velocities(2 * old.velocity - new.velocity, 2 * old.angular_velocity - new.angular_velocity)
-        for old, new in both
+def told(a: Moving, b: Moving) -> AnswerRow:
+    """Answer the velocities of both."""
+    return answer_row(
+        velocity_a=a.velocity, angular_a=a.angular_velocity, velocity_b=b.velocity, angular_b=b.angular_velocity
     )
-    return a, b
 
 
-def without_restitution(scene: Scene) -> tuple[RigidBody, RigidBody]:
-    after = impact_of_bodies(*scene.question[:4], 0, scene.friction)
-    return after.a, after.b
+class WrongSign(Impulses):
+    """Takes the normal for one from B to A: bodies that meet attract each other."""
+
+    def impulse(self, motion: Motion) -> Array:
+        return -super().impulse(motion)
 
 
-def pushed(scene: Scene, impulse: Any) -> tuple[RigidBody, RigidBody]:
-    """What an impulse on B, and its opposite on A, does."""
-    found = []
-    for body, p in ((scene.a, -impulse), (scene.b, impulse)):
-        moment = np.cross(scene.point - body.position, p)
-        turned = solved(body.inertia, moment) if body.inverse_mass else 0 * moment
-        velocities = body.velocity + body.inverse_mass * p, body.angular_velocity + turned
-        found.append(body.with_velocities(*velocities))
-    return found[0], found[1]
+class AlwaysElastic(Impulses):
+    """Does not know of the restitution."""
+
+    def restitution(self, motion: Motion) -> float:
+        return 1.0
 
 
-def solved(matrix: Any, v: Any) -> Any:
-    """Solve by Gauss and Jordan, in fractions."""
-    rows = [[*row, x] for row, x in zip(matrix.tolist(), v.tolist(), strict=True)]
-    for i in range(3):
-        rows[i] = [x / rows[i][i] for x in rows[i]]
-        rows = [
-            row if j == i else [x - row[i] * y for x, y in zip(row, rows[i], strict=True)] for j, row in enumerate(rows)
-        ]
-    return np.array([row[3] for row in rows], dtype=object)
+class NeverElastic(Impulses):
+    def restitution(self, motion: Motion) -> float:
+        return 0.0
 
 
-def with_masses_swapped(scene: Scene) -> tuple[RigidBody, RigidBody]:
-    a, b = scene.a, scene.b
-    p = impact_of_bodies(*scene.question).impulse
-    after = impact_of_bodies(*scene.question)
-    return (
-        a.with_velocities(a.velocity - b.inverse_mass * p, after.a.angular_velocity),
-        b.with_velocities(b.velocity + a.inverse_mass * p, after.b.angular_velocity),
-    )
+class SwappedMasses(Impulses):
+    """Gives each body the other's inverse mass when it applies the impulse."""
+
+    def meet(self, motion: Motion) -> AnswerRow:
+        if self.closing(motion) >= 0:
+            return told(motion.a, motion.b)
+        impulse = self.impulse(motion)
+        a, b = motion.a, motion.b
+        after_a = self.pushed(replace(a, inverse_mass=b.inverse_mass), motion.point, -impulse)
+        after_b = self.pushed(replace(b, inverse_mass=a.inverse_mass), motion.point, impulse)
+        return told(after_a, after_b)
 
 
-def without_lever(scene: Scene) -> tuple[RigidBody, RigidBody]:
-    """As if all bodies were particles."""
-    a, b = scene.a, scene.b
-    after = impact_of_particles(a.velocity, b.velocity, a.inverse_mass, b.inverse_mass, scene.normal, scene.restitution)
-    return (
-        a.with_velocities(after.velocity_a, a.angular_velocity),
-        b.with_velocities(after.velocity_b, b.angular_velocity),
-    )
+class NoLever(Impulses):
+    """Applies every impulse at the centre of mass, and so never spins anything."""
+
+    def lever(self, body: Moving, point: Array) -> Array:
+        return np.zeros(3)
 
 
-def give(scene: Scene) -> Any:
-    """Effective mass matrix K: change of the relative velocity at the point by unit impulses, column by column."""
-    columns = []
-    for unit in np.array([[F(int(i == j)) for j in range(3)] for i in range(3)], dtype=object):
-        a, b = pushed(scene, unit)
-        change = b.velocity_at(scene.point) - a.velocity_at(scene.point)
-        columns.append(change - (scene.b.velocity_at(scene.point) - scene.a.velocity_at(scene.point)))
-    return np.array(columns, dtype=object).T
+class StickyFriction(Impulses):
+    """Stops all sliding, whatever the friction."""
+
+    def share(self, along: Array, toward: Array, n: Array, friction: float) -> float:
+        return 1.0
 
 
-def full_stick(scene: Scene) -> tuple[RigidBody, RigidBody]:
-    """Newton's e along the normal, and an impulse that ends all sliding."""
-    n = scene.normal
-    u = scene.b.velocity_at(scene.point) - scene.a.velocity_at(scene.point)
-    wanted = -scene.restitution * (n @ u) / (n @ n) * n
-    return pushed(scene, solved(give(scene), wanted - u))
+class NoFriction(Impulses):
+    def share(self, along: Array, toward: Array, n: Array, friction: float) -> float:
+        return 0.0
 
 
-def friction_forward(scene: Scene) -> tuple[RigidBody, RigidBody]:
-    """Friction that drives the sliding instead of stopping it."""
-    smooth = impact_of_bodies(*scene.question[:5]).impulse
-    rough = impact_of_bodies(*scene.question).impulse
-    return pushed(scene, 2 * smooth - rough)
+class Stale(Impulses):
+    """Reads the velocities before the step."""
+
+    def meet(self, motion: Motion) -> AnswerRow:
+        return told(motion.a, motion.b)
 
 
-EXAMPLE = Scene(
-    RigidBody(array(0, 0, 0), array(1, 0, 2), array(0, 1, 0), F(1), np.diag(array(1, 2, 3)) * F(1)),
-    RigidBody(array(1, 1, 2), array(-1, 0, -1), array(0, 0, 1), F(1, 3), np.diag(array(2, 3, 4)) * F(1)),
-    array(F(1, 2), 0, 1),
-    array(0, 0, 2),
-    F(1, 2),
-    F(1, 4),
+class Eager(Impulses):
+    """Has bodies bounce that already part."""
+
+    def closing(self, motion: Motion) -> float:
+        return -1.0
+
+
+class Pushover(Impulses):
+    """Takes what is immovable for as heavy as the other body."""
+
+    def meet(self, motion: Motion) -> AnswerRow:
+        a, b = motion.a, motion.b
+        if a.inverse_mass == 0:
+            a = replace(a, inverse_mass=b.inverse_mass, inertia=b.inertia)
+        if b.inverse_mass == 0:
+            b = replace(b, inverse_mass=a.inverse_mass, inertia=a.inertia)
+        return super().meet(replace(motion, a=a, b=b))
+
+
+class Silent(Impulses):
+    """Does not tell the angular velocities."""
+
+    def meet(self, motion: Motion) -> AnswerRow:
+        return answer_row(velocity_a=motion.a.velocity, velocity_b=motion.b.velocity)
+
+
+class LongLever(Impulses):
+    """Measures levers to half as far again as the contact."""
+
+    def lever(self, body: Moving, point: Array) -> Array:
+        return np.asarray(1.5 * (point - body.position))
+
+
+LIARS: tuple[type[Impulses], ...] = (
+    WrongSign,
+    AlwaysElastic,
+    NeverElastic,
+    SwappedMasses,
+    NoLever,
+    StickyFriction,
+    NoFriction,
+    Stale,
+    Eager,
+    Pushover,
+    Silent,
+    LongLever,
 )
 
-KANE = Scene(
-    RigidBody.immovable(*(array(0, 0, 0) for _ in range(3))),
-    RigidBody(array(-1, 0, 1), array(-3, 0, -5), array(0, 0, 0), F(1), np.diag(array(1, F(2, 3), 1)) * F(1)),
-    array(0, 0, 0),
-    array(0, 0, 1),
-    F(9, 10),
-    F(1),
-)
-"""A rod slides and falls onto a floor with the end on which it leans forward (Kane and Levinson, Dynamics, 1985)."""
+
+def spec(engine: type[Engine]) -> str:
+    """Name of one of these engines for `load_engine`."""
+    return f"{__name__}:{engine.__name__}"
