@@ -20,9 +20,22 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def kernel(function: F) -> F:
     """Mark a function of this package as one that numba can compile."""
+    return _compiled(function, "never")
+
+
+def inlined(function: F) -> F:
+    """Mark a kernel that numba compiles as a part of those that call it.
+
+    Compiling a function goes through all that it calls once more. Of the ways of a long search, which are called in
+    one or two places and call everything, that would take minutes.
+    """
+    return _compiled(function, "always")
+
+
+def _compiled(function: F, inline: str) -> F:
     if __name__ == "refimpl.kernels":
         return function
     import numba  # noqa: PLC0415  only the second, compiled copy of this package needs it
 
-    compiler: Any = numba.njit(cache=True, error_model="numpy")
+    compiler: Any = numba.njit(cache=True, error_model="numpy", inline=inline)
     return cast(F, compiler(function))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from . import kernel
+from . import inlined, kernel
 from .atoms import Scene
 from .nearby import near
 from .tangents import foot, height, highest, soonest, taken_at, touch_of
@@ -15,7 +15,7 @@ MOST_BACK = 4096
 """So many pairs are looked at to draw a way back."""
 
 
-@kernel
+@inlined
 def _touching(scene: Scene, search: Search, way: Way) -> tuple[float, Vector]:
     """Distance of the pair that is nearest at the end of a way, and its point of A; only what matters is answered."""
     known = search.known
@@ -39,7 +39,7 @@ def _touching(scene: Scene, search: Search, way: Way) -> tuple[float, Vector]:
     return math.inf, UNKNOWN
 
 
-@kernel
+@inlined
 def _way_back(scene: Scene, search: Search, way: Way, direction: Vector, size: float, tolerance: float) -> float:
     """How much of a way is left when going back to the foot of the first tangent."""
     left, known = 0.0, search.known
@@ -58,7 +58,7 @@ def _way_back(scene: Scene, search: Search, way: Way, direction: Vector, size: f
     return left
 
 
-@kernel
+@inlined
 def drawn_back(scene: Scene, search: Search, way: Way, tolerance: float) -> tuple[Way, Vector]:
     """Draw a way back to where B first touches A on the way in, if it leads farther; and the point of A there.
 

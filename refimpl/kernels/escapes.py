@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from . import kernel
+from . import inlined, kernel
 from .atoms import Scene, height
 from .axes import three
 from .drawback import drawn_back
@@ -70,7 +70,7 @@ def _reach(scene: Scene, n: Vector) -> float:
     return most_a + most_b
 
 
-@kernel
+@inlined
 def _tried(scene: Scene, search: Search, n: Vector, reach: float, limit: float, lower: float, tolerance: float) -> Way:
     """A short way along a direction or from there, unless the limit is reached first."""
     way = pushed(scene, search, n, min(reach, limit), tolerance)
@@ -79,7 +79,7 @@ def _tried(scene: Scene, search: Search, n: Vector, reach: float, limit: float, 
     return descended(scene, search, way, lower, tolerance)
 
 
-@kernel
+@inlined
 def _tried_all(scene: Scene, search: Search, way: Way, lower: float, tolerance: float) -> Way:
     """The shortest of a way and those that start along several directions."""
     limit = SLACK * long(way)
@@ -95,7 +95,7 @@ def _tried_all(scene: Scene, search: Search, way: Way, lower: float, tolerance: 
     return descended(scene, search, way, lower, tolerance)
 
 
-@kernel
+@inlined
 def escape(scene: Scene, search: Search, overlapping: int, lower: float, tolerance: float) -> Way:
     """Find a short translation of B that frees it.
 
@@ -122,7 +122,7 @@ def escape(scene: Scene, search: Search, overlapping: int, lower: float, toleran
     return way
 
 
-@kernel
+@inlined
 def way_out(scene: Scene, search: Search, overlapping: int, answered: int, tolerance: float, result: Scratch) -> bool:
     """Write the answer for two unions that overlap, `RESULT` numbers; false where there is not enough room to find it.
 

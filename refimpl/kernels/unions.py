@@ -11,7 +11,7 @@ import math
 from collections.abc import MutableSequence, Sequence
 from typing import NamedTuple
 
-from . import kernel
+from . import inlined, kernel
 from .atom_pairs import GAPS, KEYS, ORDER, answer
 from .atoms import ANSWER, HALF_SPACE, KIND, Scene, support_gap
 from .escapes import way_out
@@ -80,7 +80,7 @@ def _sort(pairs: Sequence[Scratch], start: int, count: int, order: MutableSequen
     return overlapping
 
 
-@kernel
+@inlined
 def _nearest_of_few(scene: Scene, count: int, best: float, normal: Vector) -> int:
     """Answer pairs whose boxes are apart, the nearest boxes first, as long as they promise less than the best."""
     across = len(scene.b)
@@ -96,7 +96,7 @@ def _nearest_of_few(scene: Scene, count: int, best: float, normal: Vector) -> in
     return count
 
 
-@kernel
+@inlined
 def _nearest_of_many(scene: Scene, count: int, best: float, normal: Vector) -> int:
     """The same, as they come; −1 where there is no room for all that are near."""
     across, keys = len(scene.b), scene.whole[KEYS]
@@ -155,7 +155,7 @@ def scene_of(batch: Batch, row: int) -> Scene:
     return Scene(batch.a[row], batch.b[row], batch.shapes_a, batch.shapes_b, batch.work, batch.whole, batch.pairs)
 
 
-@kernel
+@inlined
 def _answered(scene: Scene, search: Search, tolerance: float, row: Scratch) -> bool:
     """Answer one pair of unions; whether there was room."""
     overlapping, answered = nearest(scene)
@@ -186,7 +186,7 @@ def separations(
     return len(batch.a)
 
 
-@kernel
+@inlined
 def _meet(scene: Scene) -> int:
     """Whether two unions have a point in common, 1 or 0; −1 where there is no room. As soon as two atoms have one."""
     prepare(scene)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from . import kernel
+from . import inlined, kernel
 from .atom_pairs import answer
 from .atoms import Scene, support_gap
 from .leastmove import LEVEL, PLANE, Corner, shortest
@@ -177,7 +177,7 @@ def _blocked(scene: Scene, search: Search, move: Vector, place: int, tolerance: 
     return count, least
 
 
-@kernel
+@inlined
 def freed(scene: Scene, search: Search, count: int, limit: float, tolerance: float) -> Way:
     """From `count` planes on, let pairs that overlap join until none does, unless the way grows beyond a limit."""
     for _ in range(ROUNDS):
@@ -194,7 +194,7 @@ def freed(scene: Scene, search: Search, count: int, limit: float, tolerance: flo
     return no_way()
 
 
-@kernel
+@inlined
 def freed_from_start(scene: Scene, search: Search, deepest: int, limit: float, tolerance: float) -> Way:
     """The same from the tangents number 0 to `deepest` on, which are those of the pairs that overlap at first."""
     count = 0
@@ -214,7 +214,7 @@ def _stale(search: Search, corner: Corner, place: int) -> int:
     return -1
 
 
-@kernel
+@inlined
 def _planes_at(scene: Scene, search: Search, way: Way) -> int:
     """Collect tangents of all pairs near each other at the end of a way; those that matter are taken just there.
 
@@ -254,7 +254,7 @@ def descended(scene: Scene, search: Search, way: Way, lower: float, tolerance: f
     return way
 
 
-@kernel
+@inlined
 def pushed(scene: Scene, search: Search, direction: Vector, limit: float, tolerance: float) -> Way:
     """A short way along a direction: each pair that stands in it is left by its tangent."""
     s = 0.0
@@ -277,7 +277,7 @@ def pushed(scene: Scene, search: Search, direction: Vector, limit: float, tolera
     return no_way()
 
 
-@kernel
+@inlined
 def ended(scene: Scene, search: Search, move: Vector, tolerance: float) -> Way:
     """A way that is known to free, looked at."""
     place = _new_place(search)
