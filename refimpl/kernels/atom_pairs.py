@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence, Sequence
 
-from . import bodies, kernel
+from . import bodies, inlined, kernel
 from .atoms import (
     BOX,
     ELLIPSOID,
@@ -48,7 +48,7 @@ FACETS, MARKS, KEYS, ORDER, WHOLE = 1, 2, 3, 4, 5
 """Rows of whole numbers, after that of `nearby`."""
 
 
-@kernel
+@inlined
 def _between_segments(a: Row, b: Row, offset: Vector) -> Answer:
     """Points and segments."""
     p, q = three(a, SIZES), three(b, SIZES)
@@ -72,7 +72,7 @@ def _put_frame(atom: Row, frame: Scratch) -> None:
     store(frame, FRAME_AXES + 6, cross(way, across))
 
 
-@kernel
+@inlined
 def _with_box(a: Row, b: Row, offset: Vector, work: Sequence[Scratch]) -> Answer:
     """A point, a segment or a box, and a box."""
     _put_frame(a, work[FRAME_A])
@@ -116,7 +116,7 @@ def _geometry(atom: Row, shapes: Sequence[Row], box: Scratch, line: Scratch, poi
     return _line_geometry(atom, line) if atom[KIND] == SEGMENT else point
 
 
-@kernel
+@inlined
 def _between_polytopes(
     a: Row, shapes_a: Sequence[Row], b: Row, shapes_b: Sequence[Row], offset: Vector, work: Sequence[Scratch]
 ) -> Answer:
@@ -209,7 +209,7 @@ def _above_plane(plane: Row, level: float, atom: Row, shapes: Sequence[Row], pla
     return sigma, n, along(y, -sigma, n), y
 
 
-@kernel
+@inlined
 def _with_half_space(scene: Scene, a: Row, b: Row, move: Vector) -> Answer:
     """Pairs with a half-space, in the world's coordinates; two overlap without end, unless they face exactly."""
     if a[KIND] == HALF_SPACE and b[KIND] == HALF_SPACE:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence, Sequence
 
-from . import kernel
+from . import inlined, kernel
 from .axes import three
 from .heights import Spot, height
 from .leastmove import LEVEL, NOWHERE, PLANE, shortest
@@ -134,7 +134,7 @@ def _step(ball: Row, p: Vector, spot: Spot, d: Vector) -> float:
     return math.sqrt(max(rise * rise + (ball[3] - spot[0]) * (ball[3] + spot[0]), 0.0)) - rise
 
 
-@kernel
+@inlined
 def _marched(row: Row, ball: Row, blur: float, spot: Spot, d: Vector, limit: float, stack: Scratch) -> Way:
     """First free place along a direction, by steps that pass over none."""
     s, t = 0.0, NOWHERE
@@ -156,7 +156,7 @@ def _back(row: Row, ball: Row, t: Vector, step: float, stack: Scratch) -> tuple[
     return t, height(row, plus(three(ball, 0), t), 0, stack)
 
 
-@kernel
+@inlined
 def _drawn_back(row: Row, ball: Row, blur: float, way: Way, stack: Scratch) -> Way:
     """Shorten a free way while it ends above the surface.
 
@@ -177,7 +177,7 @@ def _drawn_back(row: Row, ball: Row, blur: float, way: Way, stack: Scratch) -> W
     return way
 
 
-@kernel
+@inlined
 def way_out(
     row: Row, ball: Row, here: Spot, directions: Sequence[Row], planes: Scratch, keys: Keys, stack: Scratch
 ) -> tuple[Vector, Vector, float, float]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import MutableSequence, Sequence
 
-from . import kernel
+from . import inlined, kernel
 from .bodies import CENTER, COUNT, ELLIPSOID, HULL, KIND, RADIUS, SIZES, VERTICES, Row, three
 from .deepest import deepest
 from .expanding import Floats, Ints, expand
@@ -61,14 +61,14 @@ def corner(simplex: Simplex, count: int, start: int) -> Points:
     )
 
 
-@kernel
+@inlined
 def sharpened(a: Row, b: Row, gap: float, n: Vector, simplex: Simplex, count: int, fine: float) -> tuple[float, Vector]:
     """Improve a direction by the features at a simplex's corners; it stays where that does not help."""
     there, m, _, _, _ = polish(a, b, corner(simplex, count, ON_A), corner(simplex, count, ON_B), n)
     return (there, m) if there >= gap - fine else (gap, n)
 
 
-@kernel
+@inlined
 def apart(
     a: Row, b: Row, inset_a: float, inset_b: float, size: float, simplex: Simplex, face_a: Floats, face_b: Floats
 ) -> tuple[bool, float, Vector, Vector, Vector]:
@@ -95,7 +95,7 @@ def apart(
     return misfit <= 256.0 * EPS * size, sigma, n, x, y
 
 
-@kernel
+@inlined
 def general(
     a: Row,
     b: Row,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from . import kernel
+from . import inlined, kernel
 from .bodies import Row, three
 from .expanding import (
     CLOSED,
@@ -72,7 +72,7 @@ def add_corners(
         store(points, to + 6, y)
 
 
-@kernel
+@inlined
 def finished(
     a: Row, b: Row, inset: float, points: Floats, facets: Ints, f: int, n: Vector, size: float
 ) -> tuple[float, Vector, float, bool, bool]:
@@ -91,7 +91,7 @@ def finished(
     return gap, m, rest, beside, (beside or began <= fine) and doubt <= fine and rest <= 1e-6 * size
 
 
-@kernel
+@inlined
 def deepest(
     a: Row,
     b: Row,
