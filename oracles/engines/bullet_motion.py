@@ -12,12 +12,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from oracles.engines.bullet_impacts import BODY, STRICT
 from oracles.engines.bullet_world import import_bullet
 
-FORMULA_WORLD = {"restitutionVelocityThreshold": 0, "erp": 0, "contactERP": 0, "contactSlop": 0}
-"""Arguments of setPhysicsEngineParameter under which impacts follow the formula."""
-FORMULA_BODY = {"linearDamping": 0, "angularDamping": 0, "contactProcessingThreshold": 0}
-"""Arguments of changeDynamics for the same; friction besides."""
+WORLD = {name: value for name, value in STRICT.items() if name != "fixedTimeStep"}
+"""Settings under which impacts follow the formula, but for the step, which is long enough to move here."""
 
 
 class Balls:
@@ -51,7 +50,7 @@ class Balls:
         bullet.setGravity(0, 0, 0, physicsClientId=client)
         bullet.setTimeStep(time_step, physicsClientId=client)
         if not defaults:
-            bullet.setPhysicsEngineParameter(**FORMULA_WORLD, physicsClientId=client)
+            bullet.setPhysicsEngineParameter(**WORLD, physicsClientId=client)
         ball = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=radius, physicsClientId=client)
         self.balls = [
             bullet.createMultiBody(1.0, ball, basePosition=[float(c) for c in p], physicsClientId=client)
@@ -67,7 +66,7 @@ class Balls:
         for body in [*self.balls, *fixed]:
             bullet.changeDynamics(body, -1, restitution=float(np.sqrt(restitution)), physicsClientId=client)
             if not defaults:
-                bullet.changeDynamics(body, -1, lateralFriction=0, **FORMULA_BODY, physicsClientId=client)
+                bullet.changeDynamics(body, -1, lateralFriction=0, **BODY, physicsClientId=client)
         for body, velocity in zip(self.balls, velocities, strict=True):
             bullet.resetBaseVelocity(body, [float(c) for c in velocity], physicsClientId=client)
 

@@ -13,7 +13,7 @@ of this package import each other relatively, for they are loaded a second time 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -32,7 +32,7 @@ def inlined(function: F) -> F:
     return _compiled(function, "always")
 
 
-def _compiled(function: F, inline: str) -> F:
+def _compiled(function: F, inline: Literal["never", "always"]) -> F:
     if __name__ == "refimpl.kernels":
         return function
     import numba  # noqa: PLC0415  only the second, compiled copy of this package needs it

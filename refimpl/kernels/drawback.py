@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from . import inlined, kernel
+from . import inlined
 from .atoms import Scene
 from .nearby import near
 from .tangents import foot, height, highest, soonest, taken_at, touch_of
