@@ -21,13 +21,6 @@ def test_the_pair_table_is_fresh(capsys: pytest.CaptureFixture[str]) -> None:
     assert shown[1].strip() == capsys.readouterr().out.strip(), "stale: paste what `proxyproof table --markdown` prints"
 
 
-def test_the_table_of_bounces_is_fresh(capfd: pytest.CaptureFixture[str]) -> None:
-    cli.main(["bounces"])
-    shown = re.search(r"<!-- bounces: .*? -->\n(.*?)<!-- end of bounces -->", README, re.DOTALL)
-    assert shown
-    assert shown[1].strip() == capfd.readouterr().out.strip(), "stale: paste what `proxyproof bounces` prints"
-
-
 def test_the_example_runs_and_says_the_truth() -> None:
     code = re.search(r"```python\n(.*?)```", README, re.DOTALL)
     assert code
