@@ -158,7 +158,7 @@ BOUND_LAWS: dict[str, Any] = {
 
 def _require_failure(tested: Any, pair: Any) -> None:
     """A law must fail; the search need not make its finding small."""
-    brief = settings(max_examples=100, phases=(Phase.generate,))
+    brief = settings(max_examples=600, phases=(Phase.generate,))
     with pytest.raises(AssertionError):
         brief(given(data=st.data(), **tested.drawn_from)(tested.law))(pair=pair)
 
@@ -183,6 +183,6 @@ def test_a_law_of_rays_catches_what_breaks_it(name: str, kind: Any, monkeypatch:
 def test_the_law_of_bounds_catches_what_breaks_it(part: str, kind: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bounds, part, BOUND_LAWS[part])
     tested = test_laws_bounds.test_bounding_volumes_contain_and_supports_agree.hypothesis.inner_test
-    brief = settings(max_examples=100, phases=(Phase.generate,))
+    brief = settings(max_examples=600, phases=(Phase.generate,))
     with pytest.raises(AssertionError):
         brief(given(data=st.data(), direction=test_laws_bounds.UNIT)(tested))(kind=kind)
