@@ -258,3 +258,20 @@ def test_certificates_survive_json(shapes: tuple[Proxy, Proxy]) -> None:
     back = from_json(to_json(certificate))
     assert back == certificate
     assert check(back, *shapes) == check(certificate, *shapes)
+
+
+def test_depths_below_rounding_have_both_bounds() -> None:
+    """The lowest corner, an exact rational, is deeper in the half-space than the double next to it."""
+    planes = [[1.0, 0.0, 0.0, -0.984361551484034], [0.0, 1.0, 0.0, -1.2886246898040186]]
+    planes += [[0.0, 0.0, 1.0, -0.386763840825874], [-1.0, 0.0, 0.0, -0.984361551484034]]
+    planes += [[0.0, -1.0, 0.0, -1.2886246898040186], [0.0, 0.0, -1.0, -0.386763840825874]]
+    planes += [[-0.7152188384707374, -0.8609353523061749, -0.9469137291642127, -0.7159834877725338]]
+    planes += [[0.16005689071921303, -0.3677901018563934, -0.4840065579773689, -0.3229448605531611]]
+    planes += [[0.43747124858450204, 0.40258858929550345, 0.2951885983743088, -0.4041283025721424]]
+    place = [1.48178051117685, -0.29781304209480153, 1.6837885440580982]
+    turn = [0.11560434513463891, -0.691453101930182, 0.18051907870246509, -0.19306406554256328]
+    body = ConvexPolyhedron(planes, place, turn)
+    half = HalfSpace([2.6891900907483675, 1.5508312716437305, 0.5676204050110755], -1.1047525927914668)
+    lower, upper = check(certify(half, body), half, body)
+    assert -1e-16 < lower <= upper < 0
+    assert upper - lower < 1e-30

@@ -7,7 +7,19 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from refimpl import ConvexPolyhedron, Point, Polyhedron, Ray, Sphere, collide, compiling, distance, intersect, raycast
+from refimpl import (
+    Box,
+    ConvexPolyhedron,
+    Point,
+    Polyhedron,
+    Ray,
+    Sphere,
+    collide,
+    compiling,
+    distance,
+    intersect,
+    raycast,
+)
 from refimpl.algorithms import surfaces
 from refimpl.contacts import contacts
 from refimpl.kernels import windings
@@ -343,3 +355,19 @@ def test_faces_on_the_way_are_all_there_however_many():
     assert set(np.flatnonzero(crossed)) <= set(face.tolist())
     assert np.all(ray == 0)
     assert raycast(Ray(origin[0], way[0]), mesh).t == 1.0
+
+
+def test_far_rays_meet_a_mesh_where_they_meet_the_box_that_it_is() -> None:
+    """From far away the shares of a face's corners cancel; the plane still tells the time."""
+    rng = np.random.default_rng(11)
+    place, turn = [0.1, -0.2, 0.3], [0.1, 0.5, -0.3, 0.7]
+    solid = Box(place, [1.0, 2.0, 0.5], turn)
+    mesh = Polyhedron(*box((-1.0, -2.0, -0.5), (1.0, 2.0, 0.5)), place, turn)
+    inside = place + rng.uniform(-0.25, 0.25, (300, 3))
+    origin = inside + 5000.0 * rng.normal(size=(300, 3))
+    rays = Ray(origin, inside - origin)
+    found, expected = raycast(rays, mesh), raycast(rays, solid)
+    assert np.all(found.hit & expected.hit)
+    slope = np.abs(np.sum(expected.normal * rays.direction, axis=1))
+    size = np.abs(origin).max(axis=1)
+    assert np.all(slope * np.abs(found.t - expected.t) <= 2e-15 * size)

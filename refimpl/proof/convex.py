@@ -60,8 +60,8 @@ class Search:
             self.touch((found.pairs[0], ((), mix)))
             return
         place = self._place(1, lowest, mix)
-        for plain in (True, False):
-            pairs = tuple((doubles(p) if plain else p, place) for p, _ in found.pairs)
+        for plain, point in ((True, place), (False, place), (False, lowest)):  # depths below rounding need all of it
+            pairs = tuple((doubles(p) if plain else p, point) for p, _ in found.pairs)
             if self.propose_upper(Core(pairs, tuple(found.triangles))) and self._done():
                 break
 
