@@ -242,6 +242,7 @@ class Convention(Enum):
     DEPTH_OF_ITS_NORMAL = "a depth is that of the reported normal, which need not be the least"
     NO_DEPTH = "an overlap is told (as a distance of minus infinity), but not its depth"
     CLAMPED = "velocities are limited"
+    OTHER_FRICTION = "an impact that slides off the line of centres ends at another place of Coulomb's cone"
     OF_ONE_TRIANGLE = "a contact's depth and normal are those of one triangle, not of the solid"
 
 

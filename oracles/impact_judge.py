@@ -2,7 +2,8 @@
 
 As in space, floats screen a batch, and a single answer is convicted in exact arithmetic. What breaks a law for the
 scene's own bodies, but none for those that the engine declares to use (with its own inertia, for instance), is its
-convention; what breaks laws for both is wrong, by the smaller amount.
+convention; what breaks laws for both is wrong, by the smaller amount. Laws of friction differ where sliding and bounce
+are coupled: what keeps all laws, but is not the reference's answer, is the convention of an engine that declares so.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from refimpl.proof.rational import InvalidCertificate
 
 ROUNDING = 1e-14
 """What the laws' own rounding may come to in floats, relative to the largest velocity."""
+ANOTHER_FRICTION = "another law of friction"
 CLAMP = 0.999
 """Part of a velocity limit from which on a body counts as limited."""
 
@@ -87,6 +89,19 @@ class ImpactJudge:
             else:
                 amount = min(float(law.amount[k]), float(other[k]))
                 found.set(i, Kind.WRONG, law.symptom, amount, certain=bool(amount > allowed[k] + error[k]))
+        for k in np.flatnonzero((broken < 0) & self._slides_otherwise(part, allowed + error)):
+            found.set(int(rows[k]), Kind.CONVENTION, ANOTHER_FRICTION, 0.0, certain=True)
+
+    def _slides_otherwise(self, part: _Part, allowed: Array) -> Bools:
+        """Impacts with friction after which the velocities are others than by the reference's law."""
+        if not self._declares(Convention.OTHER_FRICTION, part.cell):
+            return np.zeros(len(part.motion), dtype=bool)
+        right = reference_of(part.motion)
+        away = [np.abs(getattr(part.answers, v) - getattr(right, v)).max(axis=1) for v in ("velocity_a", "velocity_b")]
+        return np.asarray((part.motion.friction > 0) & (np.maximum(*away) > allowed))
+
+    def _declares(self, convention: Convention, cell: Cell) -> bool:
+        return convention in self.engine.conventions(cell.query, cell.type_a, cell.type_b)
 
     def _allowed(self, part: _Part) -> Array:
         cell = part.cell
@@ -99,7 +114,7 @@ class ImpactJudge:
     def _excused(self, part: _Part) -> Bools:
         """Impacts in which a velocity, before or after, is beyond the engine's declared limit."""
         cell, motion = part.cell, part.motion
-        if Convention.CLAMPED not in self.engine.conventions(cell.query, cell.type_a, cell.type_b):
+        if not self._declares(Convention.CLAMPED, cell):
             return np.zeros(len(motion), dtype=bool)
         limit = CLAMP * self.engine.velocity_limit
         known = np.stack([motion.a.velocity, motion.a.angular_velocity, motion.b.velocity, motion.b.angular_velocity])
@@ -121,7 +136,8 @@ class ImpactJudge:
         allowed = Fraction(float(self._allowed(part)[0]))
         ours = first_broken(part.motion, answers, allowed)
         if ours is None:
-            return Verdict(Kind.AGREES)
+            otherwise = self._slides_otherwise(part, np.asarray([float(allowed) + ROUNDING * part.motion.speed[0]]))
+            return Verdict(Kind.CONVENTION, ANOTHER_FRICTION) if otherwise[0] else Verdict(Kind.AGREES)
         truth = audit_impact(scene)
         if truth.kind is Kind.REFERENCE_WRONG:
             return truth

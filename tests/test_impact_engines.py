@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 from hypothesis import Phase, given, note, settings
 
+from oracles.answers import take
 from oracles.batch import Batch
 from oracles.bounces import measured
 from oracles.engine import COLUMNS, VELOCITIES, Answers, Engine, UnsupportedCell
 from oracles.engines import available_engines, load_engine
-from oracles.impact_judge import after_of
+from oracles.impact_judge import ANOTHER_FRICTION, after_of
 from oracles.impact_laws import ANGULAR, ENERGY, laws
 from oracles.impact_stages import TARGETS
 from oracles.judges import Judges
@@ -97,6 +98,26 @@ def test_fuzzed_impacts_are_right_or_known(name: str, pair: Any, workers: dict[s
 
     fuzz()
     assert kinds[Kind.AGREES] > 0
+
+
+def test_bullet_s_own_law_of_friction_is_its_convention(workers: dict[str, EngineWorker]) -> None:
+    """Where a corner slides, it keeps all laws and answers otherwise; balls slide by any law alike."""
+    kinds = {}
+    for pair in ((HalfSpace, Box), (Sphere, HalfSpace)):
+        (batch,) = Batch.draw_impacts(pair, 5, (0,), 30)
+        assert batch.motion is not None
+        answers = asked(workers["bullet"], batch)
+        cell = Cell(IMPACT, *pair)
+        found = Judges(ENGINES["bullet"]).screen(cell, batch.a, batch.b, batch.motion, answers)
+        own = [i for i, kind in enumerate(found.kind) if kind is Kind.CONVENTION]
+        assert {found.symptom[i] for i in own} <= {ANOTHER_FRICTION}
+        assert all(batch.motion.friction[i] > 0 for i in own)
+        for i in own[:3]:
+            verdict = Judges(ENGINES["bullet"]).convict(batch.scene(IMPACT, i), take(answers, np.array([i])))
+            assert (verdict.kind, verdict.symptom) == (Kind.CONVENTION, ANOTHER_FRICTION)
+        kinds[pair] = len(own)
+    assert kinds[HalfSpace, Box] > 10
+    assert kinds[Sphere, HalfSpace] == 0
 
 
 def test_what_is_supported() -> None:

@@ -142,7 +142,10 @@ class BulletEngine(Engine):
         return _effective(A, rows_a, sharp, bare), _effective(B, rows_b, sharp, bare)
 
     def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
-        """Rays from inside, and the axes that contacts of boxes prefer."""
+        """Rays from inside, the axes that contacts of boxes prefer, and the law of friction."""
+        if query == IMPACT:
+            text = "friction ends the sliding after the bounce; the reference's ends that of the compression"
+            return {Convention.OTHER_FRICTION: text}
         if query == RAYCAST and B is HalfSpace:
             return {Convention.TWO_SIDED_PLANE: "for rays, Bullet's plane is a surface hit from both sides"}
         if query == RAYCAST and B is Polyhedron:

@@ -11,7 +11,9 @@ these the following had to be found out, on PyBullet 3.2.7:
 - `maxJointVelocity`: the velocities of any body are clamped at 100, whether it has joints or not.
 
 The restitution and the friction of a contact are the products of those of the bodies. Friction is Coulomb's cone, by
-default: a pyramid only with `enableConeFriction = 0`.
+default: a pyramid only with `enableConeFriction = 0`. Off the line of centres, where the bounce changes the sliding,
+Bullet ends the sliding that is left after the bounce; the reference's law (Chatterjee and Ruina) ends that of the
+compression, for Bullet's may gain energy. Both are in the cone: the difference is a convention, the energy is not.
 """
 
 from __future__ import annotations
