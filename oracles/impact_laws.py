@@ -30,8 +30,6 @@ SLIPPERY = "sliding is not stopped although friction could"
 CONE = "impulse outside the friction cone"
 ENERGY = "energy is gained"
 
-SYMPTOMS = (MISSED, DISTURBED, FIXED, PULLED, MOMENTUM, ANGULAR, FAST, SLOW, CONE, ENERGY, SLIPPERY)
-
 
 @dataclass(frozen=True)
 class After:

@@ -5,6 +5,7 @@ precision and rounded once, and unchanged on `fractions.Fraction`, where it is e
 """
 
 from refimpl.impacts.bodies import RigidBody, inertia_tensor
+from refimpl.impacts.constraints import ParticleBody, impact_between, impact_with_plane, step
 from refimpl.impacts.line import LineImpact, elastic_on_line, impact_on_line, inelastic_on_line
 from refimpl.impacts.plastic import JoinedImpact, join_bodies
 from refimpl.impacts.points import ParticleImpact, impact_of_particles, merge_particles, split
@@ -15,18 +16,22 @@ __all__ = [
     "BodyImpact",
     "JoinedImpact",
     "LineImpact",
+    "ParticleBody",
     "ParticleImpact",
     "Response",
     "RigidBody",
     "approach",
     "elastic_on_line",
+    "impact_between",
     "impact_of_bodies",
     "impact_of_particles",
     "impact_on_line",
+    "impact_with_plane",
     "inelastic_on_line",
     "inertia_tensor",
     "join_bodies",
     "merge_particles",
     "respond",
     "split",
+    "step",
 ]
