@@ -32,6 +32,8 @@ class Kind(StrEnum):
 
 ANSWERED = (Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.UNDECIDED)
 FINDINGS = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
+SUSPECT = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT)
+"""What a screening may say of an answer that is then weighed alone."""
 COMPARED = (
     Kind.AGREES,
     Kind.CONVENTION,
@@ -138,6 +140,42 @@ class Bucket:
 
 CountKey = tuple[str, str, str, str, Kind]
 """engine, query, pair, regime, verdict"""
+
+
+CountedKey = tuple[str, str, str, str, int | None, str]
+"""engine, query, pair, symptom, decade, regime"""
+
+
+@dataclass
+class Outcome:
+    """What a task brings home.
+
+    Attributes
+    ----------
+    findings
+        Proven one by one.
+    counted
+        Findings of the float screening, beyond doubt but not proven one by one: how many, and the worst amount.
+        They belong to the bucket of the proven ones that they are most like.
+    lacking
+        Forms that the library of models does not have.
+    digest
+        Of every answer, to the bit.
+    """
+
+    counts: Counter[CountKey] = field(default_factory=Counter)
+    findings: list[Finding] = field(default_factory=list)
+    counted: dict[CountedKey, tuple[int, float]] = field(default_factory=dict)
+    hunters: Counter[str] = field(default_factory=Counter)
+    timing: dict[str, float] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    lacking: set[str] = field(default_factory=set)
+    digest: str = ""
+
+    def count(self, key: CountedKey, amount: float) -> None:
+        """Add one finding that is not proven."""
+        number, worst = self.counted.get(key, (0, 0.0))
+        self.counted[key] = number + 1, max(worst, amount)
 
 
 @dataclass(frozen=True)

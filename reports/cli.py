@@ -137,14 +137,16 @@ def _library(folder: str | None) -> Library:
     from oracles import library  # noqa: PLC0415
     from oracles.meshfiles import ModelError  # noqa: PLC0415
 
-    if folder is None:
-        return library.shipped()
-    if not folder.strip() or "\0" in folder:
-        raise BadInput(f"models come from a folder, got {folder!r}")
     try:
-        return library.of_user(Path(folder))
+        return library.of_user(_models(folder)) if folder is not None else library.shipped()
     except ModelError as error:
         raise BadInput(str(error)) from None
+
+
+def _models(said: str) -> Path:
+    if not said.strip() or "\0" in said:
+        raise BadInput(f"models come from a folder, got {said!r}")
+    return Path(said)
 
 
 @app.command()
@@ -173,8 +175,10 @@ def run(
         ),
     ] = 0.5,
     models: Annotated[
-        str | None,
-        typer.Option(metavar="DIR", help="Folder of meshes (OBJ, STL) and URDFs for scenes. Default: PyBullet's."),
+        Path | None,
+        typer.Option(
+            parser=_models, metavar="DIR", help="Folder of meshes (OBJ, STL) and URDFs for scenes. Default: PyBullet's."
+        ),
     ] = None,
     out: Annotated[Path, typer.Option(parser=_folder, metavar="DIR", help="Folder for the report.")] = Path(
         "discrepancy-report"
@@ -186,10 +190,10 @@ def run(
     """
     pairs = _pairs(pair) if pair else None
     engines = _engines(engine)
-    library = _library(models)
 
     from oracles.campaign import run_campaign  # noqa: PLC0415
     from oracles.engine import EngineUnavailable  # noqa: PLC0415
+    from oracles.meshfiles import ModelError  # noqa: PLC0415
     from reports import folder, terminal  # noqa: PLC0415
 
     shown, progress = _consoles()
@@ -204,11 +208,11 @@ def run(
                 listener=listener,
                 pairs=pairs,
                 call_limit=call_limit,
-                models=library,
+                models=None if models is None else str(models),
             )
         with _undisturbed():
             folder.write(found, out)
-    except (folder.FolderError, EngineUnavailable) as error:
+    except (folder.FolderError, EngineUnavailable, ModelError) as error:
         raise BadInput(str(error)) from None
     terminal.print_summary(found, shown)
     print(f"report: {text.visible(out / 'index.html')}, report.md, run.json and repro/")
