@@ -18,6 +18,7 @@ from oracles.judges import audit_of, finding_of
 from oracles.outcome import FINDINGS, SUSPECT, Kind, Outcome
 from oracles.reference import is_quick
 from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, cells_of
+from oracles.sheets import Sheet
 from oracles.words import decade_of
 from refimpl.pairs import TABLE
 
@@ -90,17 +91,23 @@ class _Bulk:
             self.judge(bench, cell, batch, answers)
         for bench in self.shop.benches:
             if bench not in asked:
-                for regime in batch.regimes:
-                    self.outcome.counts[bench.name, cell.query, cell.pair, regime, Kind.UNSUPPORTED] += 1
+                for regime, number in Counter(batch.regimes).items():
+                    self.outcome.counts[bench.name, cell.query, cell.pair, regime, Kind.UNSUPPORTED] += number
 
     def judge(self, bench: Bench, cell: Cell, batch: Batch, answers: Answers) -> None:
         """Screen all answers, and weigh the suspects one by one."""
         with timed("judge"):
             screening = bench.judges.screen(cell, batch.a, batch.b, batch.motion, answers)
-        for i, kind in enumerate(screening.kind):
-            if kind in SUSPECT:
-                kind = self.weigh(bench, cell, batch, i, answers, screening)  # noqa: PLW2901
-            self.outcome.counts[bench.name, cell.query, cell.pair, batch.regimes[i], kind] += 1
+        kinds, proven = list(screening.kind), np.zeros(len(batch), dtype=bool)
+        for i in [i for i, kind in enumerate(kinds) if kind in SUSPECT]:
+            found = len(self.outcome.findings)
+            kinds[i] = self.weigh(bench, cell, batch, i, answers, screening)
+            proven[i] = len(self.outcome.findings) > found
+        for (regime, kind), number in Counter(zip(batch.regimes, kinds, strict=True)).items():
+            self.outcome.counts[bench.name, cell.query, cell.pair, regime, kind] += number
+        with timed("store"):
+            sheet = Sheet.of_batch(bench.name, cell, batch, answers, screening, kinds, proven)
+            self.outcome.sheets.append(sheet)
 
     def weigh(self, bench: Bench, cell: Cell, batch: Batch, i: int, answers: Answers, screening: Screening) -> Kind:
         """Prove a suspect answer, or count it to the proven ones that it is like."""

@@ -11,6 +11,7 @@ import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from typing import Protocol
 
@@ -18,14 +19,19 @@ from oracles import closing, opening, plan
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, close_workshop
 from oracles.buckets import Buckets
+from oracles.clock import timed, watch
 from oracles.executors import Here, room
+from oracles.interrupts import held
 from oracles.known import KnownFaults
 from oracles.outcome import Kind, Outcome, Run
 from oracles.scene import Cell, cells_of
+from oracles.store import Store
 from oracles.tasks import Task, perform
 
 PATIENCE = 60.0
 """Seconds beyond the budget that the first pass over all cells may take."""
+MOST_HOLES = 100
+"""Tasks not done between recorded ones, where a run was ended: those that were under way."""
 MOST_FAILURES = 10
 """Tasks that may fail for other reasons than their engine's before the run is given up."""
 
@@ -66,17 +72,21 @@ class Campaign:
     buckets: Buckets
     executor: Executor
     ahead: int
+    store: Store | None = None
     start: float = field(default_factory=time.monotonic)
     flying: dict[Future[Outcome], tuple[int, Task]] = field(default_factory=dict)
-    landed: dict[int, Outcome] = field(default_factory=dict)
+    landed: dict[int, tuple[Task, Outcome]] = field(default_factory=dict)
+    digests: dict[str, str] = field(default_factory=dict)
     begun: int = 0
     filed: int = 0
     failures: int = 0
+    recalling: float = 0.0
+    """Seconds that reading an older record took, which are no part of the budget."""
 
     @property
     def elapsed(self) -> float:
         """Seconds since the start."""
-        return time.monotonic() - self.start
+        return time.monotonic() - self.start - self.recalling
 
     # -- the way through -------------------------------------------------------------------------------------
 
@@ -97,39 +107,70 @@ class Campaign:
         return [(bench.name, cell) for cell in every for bench in self.shop.asked(cell)]
 
     def _do(self, tasks: Iterator[Task], until: float) -> None:
-        """Have tasks done, a few at once; with a fixed number of passes, time does not matter."""
+        """Have tasks done, a few at once, for as long as there is time; with a fixed number of passes, all."""
+        holes = 0
         for task in tasks:
+            if self._recalled(task):
+                continue
             while len(self.flying) >= self.ahead:
                 self._land()
             if not self.passes and self.elapsed > until:
-                return
+                holes += 1
+                if holes > MOST_HOLES or not (self.store and self.store.waiting):
+                    return
+                continue
             self.flying[self.executor.submit(perform, task, self.shop.setup)] = self.begun, task
             self.begun += 1
 
+    def _recalled(self, task: Task) -> bool:
+        """Take a task's outcome from the record of an earlier run, where it is there."""
+        began = time.monotonic()
+        outcome = self.store.recall(task) if self.store else None
+        if outcome is None:
+            return False
+        with held():
+            self.landed[self.begun] = task, outcome
+            self.begun += 1
+            self.run.recalled += 1
+            self._file_in_turn()
+        self.recalling += time.monotonic() - began
+        return True
+
     def _land(self) -> None:
-        """Wait for a task to be done, and file what it found when its turn has come."""
-        for future in wait(self.flying, return_when=FIRST_COMPLETED).done:
-            number, task = self.flying.pop(future)
-            self.landed[number] = self._outcome_of(task, future)
+        """Wait for a task to be done, record it, and file what it found when its turn has come."""
+        done = wait(self.flying, return_when=FIRST_COMPLETED).done
+        with held():
+            for future in done:
+                number, task = self.flying.pop(future)
+                outcome = self._outcome_of(task, future)
+                self.landed[number] = task, outcome
+            self._file_in_turn()
+
+    def _file_in_turn(self) -> None:
         while self.filed in self.landed:
             self.filed += 1
-            self._file(self.landed.pop(self.filed - 1))
+            self._file(*self.landed.pop(self.filed - 1))
 
     def _outcome_of(self, task: Task, future: Future[Outcome]) -> Outcome:
         error = future.exception()
         if error is None:
-            return future.result()
+            outcome = future.result()
+            if self.store:
+                with timed("store"):
+                    self.store.record(task, outcome)
+            return outcome
         self.failures += 1
         return Outcome(problems=[f"{task.name} failed: {type(error).__name__}: {error}"])
 
-    def _file(self, outcome: Outcome) -> None:
+    def _file(self, task: Task, outcome: Outcome) -> None:
         """Add what a task found to the run; a finding against the reference ends it."""
         run = self.run
+        self.digests[task.name] = outcome.digest
         run.counts.update(outcome.counts)
         run.hunters.update(outcome.hunters)
         run.problems += outcome.problems
         self.shop.library.lacking |= outcome.lacking
-        for what, spent in outcome.timing.items():
+        for what, spent in (*outcome.timing.items(), *watch.taken().items()):
             run.timing[what] = run.timing.get(what, 0.0) + spent
         for finding in outcome.findings:
             self.buckets.add_proven(finding)
@@ -147,14 +188,17 @@ class Campaign:
 
     def finish(self) -> None:
         """File what has landed out of turn, sort the buckets, write their scripts, and say what is missing."""
-        for _, outcome in sorted(self.landed.items()):
-            self._file(outcome)
+        for number in sorted(self.landed):
+            self._file(*self.landed[number])
         self.run.seconds = self.elapsed
         self.run.buckets = self.buckets.sorted()
         closing.write_scripts(self.run, self.shop)
         if not (self.run.interrupted or self.run.reference_wrong):
             self.run.problems += closing.silent_cells(self.run)
         self.run.models = self.shop.library.account()
+        self.run.digest = sha256("".join(f"{n} {d}\n" for n, d in sorted(self.digests.items())).encode()).hexdigest()
+        if self.store:
+            self.run.problems += self.store.problems
 
 
 def run_campaign(
@@ -169,6 +213,8 @@ def run_campaign(
     known: KnownFaults | None = None,
     models: str | None = None,
     executor: Executor | None = None,
+    folder: Path | None = None,
+    resume: bool = False,
 ) -> Run:
     """Question engines for about `budget` seconds and answer with everything that was found.
 
@@ -191,9 +237,13 @@ def run_campaign(
         Folder from which the regime `models` takes its geometry; by default what PyBullet ships.
     executor
         What does the tasks: anything of `concurrent.futures`, by default this process. It is shut down.
+    folder, resume
+        Where every task that is done is recorded, and whether to go on with the record that is there.
 
     Raises
     ------
+    RecordError
+        When there is no record to go on with, or it is of another run.
     EngineUnavailable
         When an engine cannot be loaded or started, or its adapter is not sound.
     ModelError
@@ -212,7 +262,8 @@ def run_campaign(
         if not isinstance(executor, Here):
             shop.rest()
         found = known or KnownFaults.shipped()
-        campaign = Campaign(shop, run, wanted, passes, listener, Buckets(found), executor, room(executor))
+        store = None if folder is None else opening.store_of(folder, shop, run, wanted, resume=resume)
+        campaign = Campaign(shop, run, wanted, passes, listener, Buckets(found), executor, room(executor), store)
         if listener is not None:
             listener.started(run.engines, len(run.support))
         _survive(campaign)

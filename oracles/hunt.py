@@ -15,10 +15,12 @@ from oracles.answers import add_to_digest
 from oracles.bench import Bench
 from oracles.buckets import clumsiness_of_scene
 from oracles.clock import timed
+from oracles.constants import constants_of
 from oracles.engine import Answers
 from oracles.judges import finding_of
 from oracles.outcome import FINDINGS, SUSPECT, Finding, Kind, Outcome, Verdict
 from oracles.scene import Cell, Scene
+from oracles.sheets import KINDS, Row, Sheet
 from oracles.strategies import scenes
 from oracles.words import decade_of
 
@@ -45,6 +47,7 @@ class _Attack:
     digest: hashlib._Hash = field(default_factory=hashlib.sha256)
     best: dict[tuple[str, int | None], Finding] = field(default_factory=dict)
     types: dict[tuple[str, int | None], type[Caught]] = field(default_factory=dict)
+    rows: list[Row] = field(default_factory=list)
     losses: int = 0
     proofs: int = 0
 
@@ -67,6 +70,9 @@ class _Attack:
                 verdict = self.bench.judges.convict(scene, answers)
             kind = verdict.kind
             self._remember(scene, answers, verdict)
+        proven = kind in FINDINGS
+        said = screening.symptom[0], float(screening.amount[0]), float(screening.pressure[0])
+        self.rows.append(Row(scene.regime, tried, int(answers.status[0]), KINDS.index(kind), *said, scene.size, proven))
         if kind not in FINDINGS:
             self.outcome.counts[self.bench.name, cell.query, cell.pair, scene.regime, kind] += 1
         if kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
@@ -108,7 +114,7 @@ def hunting(bench: Bench, cell: Cell, *, seed: int) -> Outcome:
         attack(scene)
 
     try:
-        with timed("hunt"):
+        with timed("hunt"), constants_of(bench.engine):
             search()
     except (Caught, BaseExceptionGroup) as raised:
         _only_caught(raised)
@@ -119,6 +125,7 @@ def hunting(bench: Bench, cell: Cell, *, seed: int) -> Outcome:
     for finding in outcome.findings:  # one count for each finding that is filed, none for the steps of its shrinking
         outcome.counts[finding.engine, cell.query, cell.pair, finding.scene.regime, finding.verdict.kind] += 1
     outcome.digest = attack.digest.hexdigest()
+    outcome.sheets.append(Sheet.of_rows(bench.name, cell, attack.rows))
     return outcome
 
 

@@ -6,6 +6,7 @@ import platform
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
+from pathlib import Path
 
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, workshop
@@ -15,6 +16,7 @@ from oracles.impact_regimes import impact_reasons
 from oracles.outcome import Run, SupportNote
 from oracles.regimes import reasons
 from oracles.scene import IMPACT, cells, cells_of
+from oracles.store import Store
 
 
 def shop_of(setup: Setup) -> Workshop:
@@ -59,4 +61,28 @@ def run_of(shop: Workshop, pairs: Sequence[PairKey], budget: float) -> Run:
 def own_versions() -> dict[str, str]:
     """Versions of whatever the verdicts depend on besides the engines."""
     found = {"python": platform.python_version(), "platform": f"{platform.system()} {platform.machine()}"}
-    return found | {name: version(name) for name in ("proxyproof", "numpy", "hypothesis")}
+    return found | {name: version(name) for name in ("proxyproof", "numpy", "scipy", "hypothesis")}
+
+
+def store_of(folder: Path, shop: Workshop, run: Run, pairs: Sequence[PairKey], *, resume: bool) -> Store:
+    """Record of a run, begun or gone on with; a full disk is no reason not to run.
+
+    Raises
+    ------
+    RecordError
+        When there is no record to go on with, or it is of another run.
+    """
+    manifest = {
+        "versions": run.versions,
+        "seed": run.seed,
+        "engines": list(shop.setup.engines),
+        "pairs": [f"{a.__name__}-{b.__name__}" for a, b in pairs],
+        "call limit": shop.setup.call_limit,
+        "models": shop.setup.models,
+    }
+    if resume:
+        return Store.go_on(folder, manifest)
+    try:
+        return Store.begin(folder, manifest)
+    except OSError as error:
+        return Store(folder, [f"nothing of this run is recorded: {error.strerror or error}"], failed=True)

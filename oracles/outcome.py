@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from oracles.scene import Scene
 from refimpl.proof import Certificate
 from refimpl.proof.impacts import ImpactCertificate
+
+if TYPE_CHECKING:
+    from oracles.sheets import Sheet
 
 
 class Kind(StrEnum):
@@ -171,6 +175,8 @@ class Outcome:
     problems: list[str] = field(default_factory=list)
     lacking: set[str] = field(default_factory=set)
     digest: str = ""
+    sheets: list[Sheet] = field(default_factory=list)
+    """Each answer, for the record; not there in an outcome that was recalled."""
 
     def count(self, key: CountedKey, amount: float) -> None:
         """Add one finding that is not proven."""
@@ -207,8 +213,12 @@ class Run:
     hunters: Counter[str] = field(default_factory=Counter)
     """Scenes that each hunter has put before an engine: "bulk" and "hypothesis"."""
     timing: dict[str, float] = field(default_factory=dict)
-    """Seconds spent on scenes, each engine, reference, judge, proofs, shrinking."""
+    """Seconds spent on scenes, each engine, the reference, judge, proofs, hunts, store: of all workers together."""
     interrupted: bool = False
+    digest: str = ""
+    """Of every answer, to the bit: the same for the same work, whatever has done it."""
+    recalled: int = 0
+    """Tasks whose outcomes come from the record of an earlier run."""
     models: list[str] = field(default_factory=list)
     """Where the regime `models` took its geometry from, and then each file that could not be used, with the reason."""
     problems: list[str] = field(default_factory=list)
