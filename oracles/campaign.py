@@ -262,7 +262,7 @@ def run_campaign(
         if not isinstance(executor, Here):
             shop.rest()
         found = known or KnownFaults.shipped()
-        store = None if folder is None else opening.store_of(folder, shop, run, wanted, resume=resume)
+        store = None if folder is None else opening.store_of(folder, shop, run, wanted, passes, resume=resume)
         campaign = Campaign(shop, run, wanted, passes, listener, Buckets(found), executor, room(executor), store)
         if listener is not None:
             listener.started(run.engines, len(run.support))

@@ -174,7 +174,8 @@ def room(executor: Executor) -> int:
     """How many tasks an executor should have at once: one for each worker, and one that waits."""
     if isinstance(executor, Here):
         return 1
-    return (executor.size if isinstance(executor, Crew) else os.cpu_count() or 1) + 1
+    size = getattr(executor, "size", None) or os.cpu_count() or 1
+    return int(size) + 1
 
 
 def _serve(connection: Connection) -> None:

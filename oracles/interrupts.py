@@ -7,26 +7,54 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 STOPS = (signal.SIGINT, signal.SIGTERM)
+"""Only the main thread gets them."""
 
 
 @contextmanager
 def held() -> Iterator[None]:
-    """Let signals that end the run take effect at the end of the block; only the main thread gets any."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
+    """Let signals that end the run take effect at the end of the block."""
     came: list[int] = []
 
     def note(number: int, _: FrameType | None) -> None:
         came.append(number)
 
-    before = {number: signal.signal(number, note) for number in STOPS}
+    with _handled(note):
+        yield
+    if came:
+        signal.raise_signal(came[0])
+
+
+@contextmanager
+def ignored() -> Iterator[None]:
+    """Let them have no effect: what was found is being written, which takes a second."""
+    with _handled(signal.SIG_IGN):
+        yield
+
+
+@contextmanager
+def one_stop() -> Iterator[None]:
+    """Let the first of them raise KeyboardInterrupt, and those after it have no effect: the end is under way."""
+
+    def stop(number: int, _: FrameType | None) -> None:
+        for other in STOPS:
+            signal.signal(other, signal.SIG_IGN)
+        raise KeyboardInterrupt(signal.Signals(number).name)
+
+    with _handled(stop):
+        yield
+
+
+@contextmanager
+def _handled(handler: Any) -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, handler) for number in STOPS}
     try:
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
-        if came:
-            signal.raise_signal(came[0])
+        for number, old in before.items():
+            signal.signal(number, old if old is not None else signal.SIG_DFL)

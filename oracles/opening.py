@@ -64,7 +64,9 @@ def own_versions() -> dict[str, str]:
     return found | {name: version(name) for name in ("proxyproof", "numpy", "scipy", "hypothesis")}
 
 
-def store_of(folder: Path, shop: Workshop, run: Run, pairs: Sequence[PairKey], *, resume: bool) -> Store:
+def store_of(
+    folder: Path, shop: Workshop, run: Run, pairs: Sequence[PairKey], passes: int | None, *, resume: bool
+) -> Store:
     """Record of a run, begun or gone on with; a full disk is no reason not to run.
 
     Raises
@@ -83,6 +85,6 @@ def store_of(folder: Path, shop: Workshop, run: Run, pairs: Sequence[PairKey], *
     if resume:
         return Store.go_on(folder, manifest)
     try:
-        return Store.begin(folder, manifest)
+        return Store.begin(folder, manifest | {"work": {"budget": run.budget, "passes": passes}})
     except OSError as error:
         return Store(folder, [f"nothing of this run is recorded: {error.strerror or error}"], failed=True)

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from threading import Lock
+from threading import Lock, Thread
 
 from oracles.batch import PairKey
-from oracles.bench import Setup, Workshop, workshop
+from oracles.bench import Setup, Workshop, close_workshop, workshop
 from oracles.bulk import bulk
 from oracles.clock import watch
 from oracles.hunt import hunting
@@ -85,3 +85,13 @@ def perform(task: Task, setup: Setup) -> Outcome:
             outcome.lacking = shop.library.lacking - before
             outcome.timing = watch.taken()
         return outcome
+
+
+def release() -> None:
+    """Have this process end its engines once its task is done, without waiting for that."""
+
+    def when_idle() -> None:
+        with _one_at_a_time:
+            close_workshop()
+
+    Thread(target=when_idle, daemon=True).start()
