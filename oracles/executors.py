@@ -15,6 +15,7 @@ from concurrent.futures import Executor, Future
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
+from multiprocessing.reduction import ForkingPickler
 from queue import SimpleQueue
 from typing import Any, ParamSpec, TypeVar
 
@@ -142,7 +143,7 @@ class Crew(Executor):
         while (job := self._jobs.get()) is not None:
             if hand.dismissed:
                 job.future.cancel()
-            elif job.future.set_running_or_notify_cancel():
+            if job.future.set_running_or_notify_cancel():
                 self._do(job, hand)
         if hand.connection is not None:
             hand.connection.close()  # the process ends its engines and itself
@@ -186,10 +187,10 @@ def _serve(connection: Connection) -> None:
         while True:
             function, args, kwargs = connection.recv()
             try:
-                answer = True, function(*args, **kwargs)
+                answer = ForkingPickler.dumps((True, function(*args, **kwargs)))
             except Exception as error:  # belongs to the future
-                answer = False, RuntimeError(f"{type(error).__name__}: {error}")
-            connection.send(answer)
+                answer = ForkingPickler.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+            connection.send_bytes(answer)
 
 
 def _end_with_parent() -> None:
