@@ -10,6 +10,7 @@ import time
 import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -150,6 +151,8 @@ class Campaign:
         while self.filed in self.landed:
             self.filed += 1
             self._file(*self.landed.pop(self.filed - 1))
+            if self.listener is not None:
+                self.listener.advanced(self.run, self.elapsed)
 
     def _outcome_of(self, task: Task, future: Future[Outcome]) -> Outcome:
         error = future.exception()
@@ -178,8 +181,6 @@ class Campaign:
             self.buckets.add_counted(key, number, worst)
         run.buckets = list(self.buckets.found.values())
         run.seconds = self.elapsed
-        if self.listener is not None:
-            self.listener.advanced(run, self.elapsed)
         for finding in outcome.findings:
             if finding.verdict.kind is Kind.REFERENCE_WRONG:
                 raise ReferenceFailed(finding.verdict.claim)
@@ -188,8 +189,9 @@ class Campaign:
 
     def finish(self) -> None:
         """File what has landed out of turn, sort the buckets, write their scripts, and say what is missing."""
-        for number in sorted(self.landed):
-            self._file(*self.landed[number])
+        with suppress(ReferenceFailed, GaveUp):
+            for number in sorted(self.landed):
+                self._file(*self.landed[number])
         self.run.seconds = self.elapsed
         self.run.buckets = self.buckets.sorted()
         closing.write_scripts(self.run, self.shop)

@@ -204,6 +204,14 @@ class Sleeping(Honest):
         return super().spoil(answer, row_a)
 
 
+class Slow(Honest):
+    """Takes ten seconds for any answer, and no processor time."""
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        time.sleep(10.0)
+        return super().spoil(answer, row_a)
+
+
 class Raising(Honest):
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
         if row_a[0] > 0:
