@@ -37,5 +37,5 @@ def _compiled(function: F, inline: Literal["never", "always"]) -> F:
         return function
     import numba  # noqa: PLC0415  only the second, compiled copy of this package needs it
 
-    compiler: Any = numba.njit(cache=True, error_model="numpy", inline=inline)
+    compiler: Any = numba.njit(cache=True, error_model="numpy", inline=inline, _nrt=False)
     return cast(F, compiler(function))

@@ -106,7 +106,7 @@ def _line_geometry(atom: Row, row: Scratch) -> Row:
     return row
 
 
-@kernel
+@inlined
 def _geometry(atom: Row, shapes: Sequence[Row], box: Scratch, line: Scratch, point: Row) -> Row:
     """Geometry of a point, a segment, a box or a hull."""
     if atom[KIND] == HULL:
