@@ -52,8 +52,8 @@ def intersect(a: Proxy, b: Proxy) -> Bools:
 
     def met(u: Proxy, v: Proxy, _: Array) -> Bools:
         if isinstance(u, Ray):
-            return np.isfinite(rule.function(u, v)[0])
-        return _ordered(rule, u, v)[0] <= 0 if rule.meets is None else _meets(rule.meets, u, v)
+            return np.asarray(np.isfinite(rule.function(u, v)[0]))
+        return _ordered(rule, u, v, False)[0] <= 0 if rule.meets is None else _meets(rule.meets, u, v)
 
     found = _in_parts(rule, x, y, rule.whole and rule.meets is None, met)
     return np.concatenate(found).reshape(batch)[()]
@@ -80,7 +80,7 @@ def distance(a: Proxy, b: Proxy) -> Separation:
     UnsupportedOperation
         For a ray (use `raycast`), and for two points or rays.
     """
-    return _bounded_distance(a, b, "distance")[0]
+    return _found(a, b, "distance", False)[0]
 
 
 @np.errstate(under="ignore")
@@ -101,7 +101,7 @@ def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any =
     wa, wb = _inverse_mass("inverse_mass_a", inverse_mass_a), _inverse_mass("inverse_mass_b", inverse_mass_b)
     if np.any((wa == 0) & (wb == 0)):
         raise ValueError("inverse_mass_a and inverse_mass_b are both 0: two immovable bodies cannot be moved apart")
-    found, least = _bounded_distance(a, b, "collide")
+    found, least = _found(a, b, "collide", True)
     hit = found.distance <= 0
     depth = np.where(hit, 0.0 - found.distance, 0.0)
     heavier = np.maximum(wa, wb)
@@ -165,15 +165,19 @@ def _rule(a: Proxy, b: Proxy, query: str) -> tuple[Rule, bool]:
     )
 
 
-def _bounded_distance(a: Proxy, b: Proxy, query: str) -> tuple[Separation, Array]:
-    """Signed distance, and a length below which no translation separates."""
+def _found(a: Proxy, b: Proxy, query: str, bounded: bool) -> tuple[Separation, Array]:
+    """Signed distance; and a length below which no translation separates, which means nothing unless `bounded`."""
     rule, swapped = _rule(a, b, query)
     x, y, batch = _flat(*((b, a) if swapped else (a, b)))
     if isinstance(x, Ray):
         raise UnsupportedOperation(
             f"a Ray has no distance from a {type(y).__name__}: use raycast, or a Capsule of radius 0"
         )
-    parts = _in_parts(rule, x, y, rule.whole, lambda u, v, exponent: _scaled_back(_ordered(rule, u, v), exponent))
+
+    def answered(u: Proxy, v: Proxy, exponent: Array) -> Columns:
+        return _scaled_back(_ordered(rule, u, v, bounded), exponent)
+
+    parts = _in_parts(rule, x, y, rule.whole, answered)
     *columns, least = (
         np.concatenate(column).reshape((*batch, *column[0].shape[1:]))[()] for column in zip(*parts, strict=True)
     )
@@ -239,19 +243,19 @@ def _chunks(x: P, y: Proxy, whole: bool) -> Iterator[tuple[P, Proxy, Array]]:
         yield u.times_power(-exponent), v.times_power(-exponent), exponent
 
 
-def _ordered(rule: Rule, x: Proxy, y: Proxy) -> Columns:
+def _ordered(rule: Rule, x: Proxy, y: Proxy, bounded: bool) -> Columns:
     """Apply a rule; two proxies of one type are first put in a canonical order, so that both orders agree."""
     if type(x) is not type(y) or rule.symmetric:
-        return _columns(rule, x, y)
+        return _columns(rule, x, y, bounded)
     later = _later(x, y)
-    distance, on_x, on_y, normal, least = _by_order(later, lambda u, v: _columns(rule, u, v), x, y)
+    distance, on_x, on_y, normal, least = _by_order(later, lambda u, v: _columns(rule, u, v, bounded), x, y)
     on_a, on_b = where(later, on_y, on_x), where(later, on_x, on_y)
     return distance, on_a, on_b, where(later, -normal, normal), least
 
 
-def _columns(rule: Rule, x: Proxy, y: Proxy) -> Columns:
-    """What a rule answers: distance, witness points, normal, and the least length of a way out."""
-    if rule.bounds is not None:
+def _columns(rule: Rule, x: Proxy, y: Proxy, bounded: bool) -> Columns:
+    """What a rule answers: distance, witness points, normal, and, if `bounded`, the least length of a way out."""
+    if bounded and rule.bounds is not None:
         found, least = rule.bounds(x, y)
     else:
         found = rule.function(x, y)

@@ -3,7 +3,7 @@
 No pair of atoms comes apart with less than its own depth, so the depth of the deepest pair is a lower bound. Where its
 own way frees all others too, nothing is left to do. Otherwise the search starts several times: from the tangent of
 the deepest pair, from those of all pairs that overlap, and along the directions in which the convex hulls part soonest.
-Each way that it finds is shortened, the shortest one once more.
+Each way that it finds is shortened by one step, the shortest one by several.
 """
 
 from __future__ import annotations
@@ -40,6 +40,8 @@ RESULT = 14
 and a point of the deepest overlap."""
 HULL_WAYS = 6
 """Of these directions, so many are tried: those along which the convex hulls part soonest."""
+DESCENTS = 4
+"""Steps of the last descent; on the way to it each takes one."""
 SLACK = 1.5
 """Ways that are longer than the shortest one by no more than this factor may become shorter by descent."""
 
@@ -76,7 +78,7 @@ def _tried(scene: Scene, search: Search, n: Vector, reach: float, limit: float, 
     way = pushed(scene, search, n, min(reach, limit), tolerance)
     if not way.found and reach < limit:
         way = ended(scene, search, times(reach, n), tolerance)  # hulls that part leave no doubt, but for rounding
-    return descended(scene, search, way, lower, tolerance)
+    return descended(scene, search, way, lower, tolerance, 1)
 
 
 @inlined
@@ -92,7 +94,7 @@ def _tried_all(scene: Scene, search: Search, way: Way, lower: float, tolerance: 
                 best = i
         way = shorter(way, _tried(scene, search, _around(best), search.reach[best], limit, lower, tolerance))
         search.reach[best] = math.inf
-    return descended(scene, search, way, lower, tolerance)
+    return descended(scene, search, way, lower, tolerance, DESCENTS)
 
 
 @inlined
@@ -115,7 +117,7 @@ def escape(scene: Scene, search: Search, overlapping: int, lower: float, toleran
     if long(way) > lower + 2.0 * tolerance:
         other = freed_from_start(scene, search, overlapping, math.inf, tolerance)
         way = shorter(
-            descended(scene, search, other, lower, tolerance), descended(scene, search, way, lower, tolerance)
+            descended(scene, search, other, lower, tolerance, 1), descended(scene, search, way, lower, tolerance, 1)
         )
     if long(way) > lower + 2.0 * tolerance:
         way = _tried_all(scene, search, way, lower, tolerance)

@@ -21,7 +21,7 @@ from .nearby import near
 from .tangents import Floats, Ints, Tangents, highest, is_full, learn, taken_at
 from .vectors import Vector, dot, length, times, unit_or
 
-ROUNDS, DESCENTS = 64, 3
+ROUNDS = 64
 GAIN = 1e-9
 """A descent goes on as long as it shortens the way by this part."""
 SLOPE = 1e-6
@@ -239,9 +239,9 @@ def _planes_at(scene: Scene, search: Search, way: Way) -> int:
 
 
 @kernel
-def descended(scene: Scene, search: Search, way: Way, lower: float, tolerance: float) -> Way:
+def descended(scene: Scene, search: Search, way: Way, lower: float, tolerance: float, steps: int) -> Way:
     """Shorten a way by tangents at its end, as long as that gains something, but not below a lower bound."""
-    for _ in range(DESCENTS):
+    for _ in range(steps):
         if long(way) <= lower + 2.0 * tolerance or not way.found:
             break
         count = _planes_at(scene, search, way)
