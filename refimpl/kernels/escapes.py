@@ -98,24 +98,22 @@ def _tried_all(scene: Scene, search: Search, way: Way, lower: float, tolerance: 
 
 
 @inlined
-def escape(scene: Scene, search: Search, overlapping: int, lower: float, tolerance: float) -> Way:
+def escape(scene: Scene, search: Search, lower: float, tolerance: float) -> Way:
     """Find a short translation of B that frees it.
 
     Parameters
     ----------
     scene
-        With the answered pairs, of which the first `overlapping` ones do, the deepest first.
     search
-        With their tangents.
-    overlapping
+        With the tangents of the pairs that have been answered, the deepest first.
     lower
         No shorter translation frees: what comes as short as this is not shortened further.
     tolerance
         Depths that are rounding.
     """
-    way = freed_from_start(scene, search, 1, math.inf, tolerance)
+    way = freed_from_start(scene, search, True, tolerance)
     if long(way) > lower + 2.0 * tolerance:
-        other = freed_from_start(scene, search, overlapping, math.inf, tolerance)
+        other = freed_from_start(scene, search, False, tolerance)
         way = shorter(
             descended(scene, search, other, lower, tolerance, 1), descended(scene, search, way, lower, tolerance, 1)
         )
@@ -125,7 +123,7 @@ def escape(scene: Scene, search: Search, overlapping: int, lower: float, toleran
 
 
 @inlined
-def way_out(scene: Scene, search: Search, overlapping: int, answered: int, tolerance: float, result: Scratch) -> bool:
+def way_out(scene: Scene, search: Search, answered: int, tolerance: float, result: Scratch) -> bool:
     """Write the answer for two unions that overlap, `RESULT` numbers; false where there is not enough room to find it.
 
     The signed distance is minus the length of a translation that frees, −inf where none was found.
@@ -137,7 +135,7 @@ def way_out(scene: Scene, search: Search, overlapping: int, answered: int, toler
     way = no_way()
     if lower < math.inf:
         _begin(scene, search, answered)
-        way = escape(scene, search, overlapping, lower, tolerance)
+        way = escape(scene, search, lower, tolerance)
     if not way.found:
         write(result, -math.inf, UNKNOWN, UNKNOWN, UNKNOWN)
         result[10] = lower
