@@ -279,6 +279,11 @@ class Engine(ABC):
     name: ClassVar[str]
     velocity_limit: ClassVar[float] = float("inf")
     """Largest coordinate of a velocity, where the convention CLAMPED says that there is one."""
+    thresholds: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """Lengths at which the engine takes another way, each with what it is: a margin, a tolerance of its solver. Scenes
+    are made with gaps, overlaps and sizes about them."""
+    speed_thresholds: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """Speeds at which it does so in impacts: from which on bodies bounce, for instance."""
 
     @abstractmethod
     def versions(self) -> dict[str, str]:

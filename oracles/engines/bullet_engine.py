@@ -93,6 +93,11 @@ class BulletEngine(Engine):
     """Bullet: closest points, contacts after collision detection, overlap, ray tests, impacts."""
 
     name: ClassVar[str] = "bullet"
+    thresholds: ClassVar[Mapping[str, float]] = {
+        "margin": MARGIN,
+        "contact breaking threshold": 0.02,
+        "where GJK and EPA stop": 1e-12,
+    }
 
     def __init__(self) -> None:
         self._world: World | None = None

@@ -89,6 +89,7 @@ class FclEngine(Engine):
     """FCL: signed distance with nearest points, contacts of `collide`, overlap."""
 
     name: ClassVar[str] = "fcl"
+    thresholds: ClassVar[Mapping[str, float]] = {"tolerance of GJK and libccd": 1e-6}
 
     def versions(self) -> dict[str, str]:
         """Version of the binding, whose wheel contains the library."""
