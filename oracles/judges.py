@@ -8,10 +8,11 @@ from functools import cached_property
 from oracles.audit import audit
 from oracles.engine import Answers, Engine
 from oracles.impact_judge import ImpactJudge, audit_impact
-from oracles.judge import Judge, Screening
+from oracles.judge import Judge
 from oracles.motion import Motion
 from oracles.outcome import Verdict
 from oracles.scene import Cell, Scene
+from oracles.screening import Screening
 from refimpl import Proxy
 
 

@@ -133,7 +133,7 @@ def _inside(draws: Draws, a: Body, b: Body) -> Bodies:
 
 def _centred(draws: Draws, a: Body, b: Body) -> Bodies:
     same_size, same_pose = draws.choice((1.0, 0.0)) == 1, draws.choice((1.0, 0.0)) == 1
-    extents = np.where(same_size[:, None], a.extents, b.extents)
+    extents = np.where(same_size[:, None] & (a.extents > 0), a.extents, b.extents)  # not every type can be flat
     rotation = np.where(same_pose[:, None], a.rotation, b.rotation)
     return a, replace(b, place=a.place, extents=extents, rotation=rotation)
 

@@ -126,6 +126,11 @@ class EngineWorker:
         assert isinstance(result, Result)
         return Answers.from_table(result.status, result.table, result.errors)
 
+    @property
+    def process_id(self) -> int:
+        """The guard's process, whose child holds the engine."""
+        return self._process.pid
+
     def interrupt(self) -> None:
         """End the worker's processes at once; from any thread. What waits for a result raises."""
         _kill(self._process)

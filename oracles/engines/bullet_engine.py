@@ -230,6 +230,8 @@ def _shrunk_cylinders(rows: Array) -> Array:
     p, q, radius = rows[:, :3], rows[:, 3:6], rows[:, 6]
     length = np.maximum(np.linalg.norm(q - p, axis=1), np.finfo(float).tiny)
     step = (q - p) * np.minimum(MARGIN / length, (1 - LEAST) / 2)[:, None]
+    meet = (p + step == q - step).all(axis=1)  # far away, almost nothing is nothing
+    step[meet] = (q - p)[meet] / 8
     return np.column_stack([p + step, q - step, np.maximum(radius - MARGIN, LEAST * radius)])
 
 
