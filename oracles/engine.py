@@ -246,7 +246,6 @@ class Convention(Enum):
     OF_ONE_TRIANGLE = "a contact's depth and normal are those of one triangle, not of the solid"
 
 
-@dataclass(frozen=True)
 class Effective:
     """The shapes an engine effectively uses for one side of n scenes: those of `rows`, grown by `margin`.
 
@@ -257,16 +256,31 @@ class Effective:
     rows : (n, width)
     margin : (n,)
         At least 0. Signed distances of grown shapes are σ(A ⊕ r, B ⊕ s) = σ(A, B) − r − s.
+    made
+        The shapes themselves, where the adapter has made them, and rows are only their numbers.
     """
 
-    kind: Kind
-    rows: Array
-    margin: Array
+    def __init__(self, kind: Kind, rows: Array | None, margin: Array, made: Proxy | None = None) -> None:
+        self.kind, self.margin, self.made = kind, margin, made
+        self._rows = rows
 
     @classmethod
     def exactly(cls, kind: Kind, rows: Array) -> Self:
         """Use the shapes as they were given."""
         return cls(kind, rows, np.zeros(len(rows)))
+
+    @classmethod
+    def of(cls, shapes: Proxy, margin: Array) -> Self:
+        """Use shapes that were made already; adapters that keep them save what is derived of them."""
+        return cls(type(shapes), None, margin, shapes)
+
+    @property
+    def rows(self) -> Array:
+        """Numbers of the shapes."""
+        if self._rows is None:
+            assert self.made is not None
+            self._rows = self.made.pack()
+        return self._rows
 
 
 class Engine(ABC):

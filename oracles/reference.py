@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass
-from hashlib import sha1
 
 import numpy as np
 
 from oracles.clock import timed
+from oracles.keeping import MOST_BATCHES, kept_by_rows
 from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, distance
 from refimpl.linear import Array, Bools, norm
 from refimpl.overlaps import resolve
@@ -24,8 +24,6 @@ from refimpl.shapes import Composite, Polyhedron
 Kind = type[Proxy]
 
 MOST_REMEMBERED, MOST_PROVEN = 20_000, 1_000
-MOST_BATCHES = 8
-"""Pairs of batches of which everything is kept: one as it was drawn, and as each engine sees it for each query."""
 QUICK: set[Kind] = {Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box}
 """Types whose pairs need neither search nor corners nor pieces."""
 
@@ -37,7 +35,6 @@ DIRECT_ERROR, SEARCH_ERROR = 1e-14, 1e-12
 iterative ones; held against 50 digits by the tests."""
 
 _batches: OrderedDict[tuple[int, int], _Known] = OrderedDict()
-_shapes: OrderedDict[tuple[object, ...], Proxy] = OrderedDict()
 _remembered: OrderedDict[tuple[object, ...], tuple[float, float]] = OrderedDict()
 _proven: OrderedDict[tuple[object, ...], tuple[Certificate, tuple[Bound, Bound]]] = OrderedDict()
 
@@ -96,15 +93,10 @@ def kept(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
     return np.where(wanted, known.low, 0.0), np.where(wanted, known.high, 0.0)
 
 
-def kept_shape(kind: Kind, rows: Array) -> Proxy:
+@kept_by_rows
+def kept_shape(rows: Array, kind: Kind) -> Proxy:
     """The batch of these rows: the very same each time they are asked for, with all that was derived of it."""
-    key = (kind, rows.shape, sha1(rows.tobytes(), usedforsecurity=False).digest())
-    if key not in _shapes:
-        _shapes[key] = kind.unpack(rows)
-        if len(_shapes) > MOST_BATCHES:
-            _shapes.popitem(last=False)
-    _shapes.move_to_end(key)
-    return _shapes[key]
+    return kind.unpack(rows)
 
 
 @dataclass(frozen=True)

@@ -62,5 +62,7 @@ class Rules:
 
 
 def _shape(used: Effective, given: Proxy, rows: Array) -> Proxy:
+    if used.made is not None:
+        return used.made
     same = used.kind is type(given) and used.rows is rows and not used.margin.any()
-    return given if same else kept_shape(used.kind, used.rows)
+    return given if same else kept_shape(used.rows, used.kind)

@@ -20,6 +20,8 @@ from collections.abc import Callable, Mapping
 from importlib import metadata
 from typing import Any, ClassVar
 
+import numpy as np
+
 from oracles.engine import (
     NATIVE,
     AnswerRow,
@@ -183,7 +185,7 @@ def _by_portal(A: Kind, B: Kind) -> bool:
 def _effective(kind: Kind, rows: Array) -> Effective:
     if kind is not Polyhedron:
         return Effective.exactly(kind, rows)
-    return Effective.exactly(Composite, geometry.surface(rows).pack())
+    return Effective.of(geometry.surface(rows), np.zeros(len(rows)))
 
 
 def _placed(query: str, kind: Kind, row: Row) -> list[Placed]:
