@@ -180,6 +180,11 @@ class EngineWorker:
         taken, self.incidents = self.incidents, Counter()
         return taken
 
+    @property
+    def process_id(self) -> int:
+        """The guard's process, whose child holds the engine."""
+        return self._process.pid
+
     def interrupt(self) -> None:
         """End the worker's processes at once; from any thread. What waits for a result raises."""
         self._guarded.interrupt()
