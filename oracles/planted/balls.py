@@ -87,7 +87,9 @@ class Balls:
         """The least of the four ways from an end to the other segment, and of the way square to both."""
         ways = [(end, self.foot(end, b.p, b.q)) for end in (a.p, a.q)]
         ways += [(self.foot(end, a.p, a.q), end) for end in (b.p, b.q)]
-        ways += self.crossing(a.p, sub(a.q, a.p), b.p, sub(b.q, b.p))
+        for _, y in self.crossing(a.p, sub(a.q, a.p), b.p, sub(b.q, b.p)):
+            x = self.foot(y, a.p, a.q)  # of lines that hardly cross, rounding puts the two points apart along them
+            ways.append((x, self.foot(x, b.p, b.q)))
         return min(ways, key=lambda way: length(sub(way[1], way[0])))
 
     def crossing(self, p: Vec, d: Vec, q: Vec, e: Vec) -> list[tuple[Vec, Vec]]:

@@ -63,9 +63,9 @@ class Bricks(Gjk, Balls):
     def rod_brick(self, a: Rod, b: Brick) -> Gap:
         """GJK between the segment and the box; where they meet, the axis of the least overlap."""
         core, size = core_of(a), max(a.size, b.size)
-        x, y = self.gjk(core, b)
-        way = sub(y, x)
-        if length(way) > TIE * size:
+        x = self.foot(self.nearest_points(core, b)[1], a.p, a.q)
+        y = self.on_brick(b, x)  # square to what it is on, whatever rounding GJK's weights have gone through
+        if length(sub(y, x)) > TIE * size:
             return self.rounded(x, a.radius, y, 0.0, UNITS[0], size)
         separation, normal = self.widest_axis(core, b)
         inner = self.overlapping(core, b, separation, normal)
@@ -73,8 +73,13 @@ class Bricks(Gjk, Balls):
 
     def upright_brick_meet(self, a: Brick, b: Brick) -> bool:
         """Whether two boxes have a point in common, by GJK."""
-        x, y = self.gjk(a, b)
+        x, y = self.nearest_points(a, b)
         return length(sub(y, x)) <= TIE * max(a.size, b.size)
+
+    def nearest_points(self, a: Brick, b: Brick) -> Way:
+        """By GJK, and where that gets stuck by trying all features."""
+        x, y, settled = self.gjk(a, b)
+        return (x, y) if settled else self.nearest_features(a, b)
 
     def brick_brick_meet(self, a: Brick, b: Brick) -> bool:
         """Whether no axis separates two boxes."""

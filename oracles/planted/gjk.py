@@ -13,29 +13,35 @@ Simplex = tuple[list[Corner], list[float]]
 """Up to four corners, with the weights of the point that is nearest to 0."""
 
 MOST_STEPS = 60
-CONVERGED = 1e-13
+FULL = 4
+"""A tetrahedron that is the nearest part of itself holds 0 inside."""
+CONVERGED = 1e-14
 """Relative to the scene's size: the engine promises 1e-9."""
 
 
 class Gjk:
     """Gilbert, Johnson and Keerthi's search, with the nearest point of each simplex by trying all of its parts."""
 
-    def gjk(self, a: Brick, b: Brick) -> tuple[Vec, Vec]:
-        """Nearest points of two boxes, the same point twice (or nearly so) where they overlap."""
+    def gjk(self, a: Brick, b: Brick) -> tuple[Vec, Vec, bool]:
+        """Nearest points of two boxes, the same point twice (or nearly so) where they overlap.
+
+        The last word says whether they are known to be the nearest. Over faces that are nearly parallel the steps
+        become so small that rounding swallows them, and the search stops before its end.
+        """
         size = max(a.size, b.size)
         simplex: Simplex = ([self.corner(a, b, sub(b.center, a.center))], [1.0])
-        nearest = simplex[0][0][0]
+        nearest, settled = simplex[0][0][0], False
         for _ in range(self.most_steps()):
-            if length(nearest) <= CONVERGED * size:
-                break
             new = self.corner(a, b, nearest)
-            if self.has_converged(nearest, new[0], size):
+            settled = self.has_converged(nearest, new[0], size)
+            if settled:
                 break
             simplex = self.nearest_part([*simplex[0], new])
             before, nearest = nearest, _weighted(simplex, 0)
-            if not length(nearest) < length(before):
+            settled = len(simplex[0]) == FULL
+            if settled or not length(nearest) < length(before):
                 break
-        return _weighted(simplex, 1), _weighted(simplex, 2)
+        return _weighted(simplex, 1), _weighted(simplex, 2), settled
 
     def most_steps(self) -> int:
         """Bound on the number of steps."""
@@ -43,6 +49,8 @@ class Gjk:
 
     def has_converged(self, nearest: Vec, new: Vec, size: float) -> bool:
         """Whether the new corner is hardly nearer to 0 than the plane through the nearest point."""
+        if length(nearest) <= CONVERGED * size:
+            return True
         return dot(nearest, sub(nearest, new)) <= CONVERGED * size * length(nearest)
 
     def corner(self, a: Brick, b: Brick, direction: Vec) -> Corner:
