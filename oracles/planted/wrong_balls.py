@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import struct
 
-from oracles.claims import LONG, OFF_SHAPE, OVERSHOT, SHORT, STUCK
+from oracles.claims import APART, LONG, OFF_SHAPE, OVERSHOT, SHORT, STUCK
 from oracles.engine import AnswerRow
 from oracles.planted.mutant import Planted, wrong
 from oracles.planted.shapes import Ball, Brick, Gap, Plane, Rod
-from oracles.planted.vectors import Axes, Vec, add, along, dot, length, sub, times
+from oracles.planted.vectors import Vec, along, dot, length, sub, times
 from oracles.scene import DISTANCE
 
 
@@ -134,24 +133,6 @@ class CoarseFarAway(Planted):
         return gap._replace(distance=round(64 * gap.distance) / 64) if max(a.size, b.size) > 1e5 else gap
 
 
-@wrong(DISTANCE, "Point–Box", LONG, SHORT)
-class QuaternionNotNormalised(Planted):
-    """The quaternion is used as it is, whatever its length."""
-
-    def axes(self, x: float, y: float, z: float, w: float) -> Axes:
-        size = math.hypot(x, y, z, w)
-        first, second, third = super().axes(x, y, z, w)
-        return times(size, first), times(size, second), times(size, third)
-
-
-@wrong(DISTANCE, "Sphere–Box", LONG, SHORT)
-class QuaternionConjugated(Planted):
-    """The rotation is the inverse one."""
-
-    def axes(self, x: float, y: float, z: float, w: float) -> Axes:
-        return super().axes(x, y, z, -w)
-
-
 @wrong(DISTANCE, "Point–HalfSpace", LONG, SHORT)
 class NormalNotNormalised(Planted):
     """The half-space's normal is used as it is, whatever its length."""
@@ -203,21 +184,13 @@ class InsideDropped(Planted):
         return 0.0, normal, near
 
 
-@wrong(DISTANCE, "Sphere–AABB", LONG, SHORT)
-class ClampedByAnother(Planted):
-    """A wrong clamp: the third coordinate is clamped by the second half extent."""
-
-    def clamped(self, own: Vec, half: Vec) -> Vec:
-        return super().clamped(own, (half[0], half[1], half[1]))
-
-
 @wrong(DISTANCE, "Point–Box", OFF_SHAPE)
 class WitnessInOwnFrame(Planted):
-    """A wrong frame: the witness on the box is told from its centre, not from the origin."""
+    """A wrong frame: the witness that is the point is told from the box's centre, not from the origin."""
 
     def ball_brick(self, a: Ball, b: Brick) -> Gap:
         gap = super().ball_brick(a, b)
-        return gap._replace(on_b=sub(gap.on_b, b.center))
+        return gap._replace(on_a=sub(gap.on_a, b.center))
 
 
 @wrong(DISTANCE, "Sphere–Box", STUCK, OVERSHOT)
@@ -230,10 +203,10 @@ class NormalInOwnFrame(Planted):
         return gap._replace(normal=(dot(n, b.axes[0]), dot(n, b.axes[1]), dot(n, b.axes[2])))
 
 
-@wrong(DISTANCE, "Point–Sphere", OFF_SHAPE)
-class WitnessAtCenter(Planted):
-    """The witness on the ball is its centre, moved by the radius the wrong way."""
+@wrong(DISTANCE, "Point–Sphere", APART)
+class WitnessOnFarSide(Planted):
+    """A sign: the witness on the ball lies on its far side."""
 
     def rounded(self, x: Vec, ra: float, y: Vec, rb: float, spare: Vec, size: float) -> Gap:
         gap = super().rounded(x, ra, y, rb, spare, size)
-        return gap._replace(on_b=add(gap.on_b, times(2 * rb, gap.normal)))
+        return gap._replace(on_b=along(gap.on_b, 2 * rb, gap.normal))

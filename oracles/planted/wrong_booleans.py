@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 from oracles.claims import FALSE, MISSED
 from oracles.planted.bricks import Way
+from oracles.planted.gjk import Corner, Simplex
 from oracles.planted.mutant import Planted, wrong
 from oracles.planted.shapes import Ball, Brick, Gap, Plane, Rod
-from oracles.planted.vectors import UNITS, Vec, add, along, cross, dot, largest, length, sub, times
+from oracles.planted.vectors import UNITS, Axes, Vec, add, along, cross, dot, largest, length, sub, times
 from oracles.scene import BOOLEAN
 
 
@@ -159,3 +162,60 @@ class MiddleOnly(Planted):
 
     def lower_end(self, rod: Rod, plane: Plane) -> Vec:
         return along(rod.p, 0.5, sub(rod.q, rod.p))
+
+
+@wrong(BOOLEAN, "Point–Box", FALSE, MISSED)
+class QuaternionNotNormalised(Planted):
+    """The quaternion is used as it is, whatever its length."""
+
+    def axes(self, x: float, y: float, z: float, w: float) -> Axes:
+        size = math.hypot(x, y, z, w)
+        first, second, third = super().axes(x, y, z, w)
+        return times(size, first), times(size, second), times(size, third)
+
+
+@wrong(BOOLEAN, "Sphere–Box", FALSE, MISSED)
+class QuaternionConjugated(Planted):
+    """The rotation is the inverse one."""
+
+    def axes(self, x: float, y: float, z: float, w: float) -> Axes:
+        return super().axes(x, y, z, -w)
+
+
+@wrong(BOOLEAN, "Sphere–AABB", FALSE, MISSED)
+class ClampedByAnother(Planted):
+    """A wrong clamp: the third coordinate is clamped by the second half extent."""
+
+    def clamped(self, own: Vec, half: Vec) -> Vec:
+        return super().clamped(own, (half[0], half[1], half[1]))
+
+
+@wrong(BOOLEAN, "Capsule–AABB", MISSED)
+class GjkWithoutTriangles(Planted):
+    """A dropped case in GJK: the inside of a triangle is never the nearest part of a simplex."""
+
+    def weights(self, points: list[Vec]) -> list[float] | None:
+        return None if len(points) == 3 else super().weights(points)
+
+    def nearest_points(self, a: Brick, b: Brick) -> Way:
+        return self.gjk(a, b)[:2]
+
+
+@wrong(BOOLEAN, "Capsule–Box", MISSED)
+class GjkForgetsCorner(Planted):
+    """A wrong region in GJK: from three corners on, the second is dropped without a look."""
+
+    def nearest_part(self, corners: list[Corner]) -> Simplex:
+        return super().nearest_part(corners[:1] + corners[2:] if len(corners) > 2 else corners)
+
+    def nearest_points(self, a: Brick, b: Brick) -> Way:
+        return self.gjk(a, b)[:2]
+
+
+@wrong(BOOLEAN, "Box–Box", FALSE, MISSED)
+class SamePoseAssumed(Planted):
+    """Only when parallel: boxes with parallel axes are taken for boxes of the same pose, whatever the turn."""
+
+    def brick_brick_meet(self, a: Brick, b: Brick) -> bool:
+        aligned = all(max(abs(dot(u, v)) for v in b.axes) > 1 - 1e-12 for u in a.axes)
+        return super().brick_brick_meet(a, b._replace(axes=a.axes) if aligned else b)

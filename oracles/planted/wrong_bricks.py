@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from oracles.claims import LONG, SHORT
+from oracles.claims import BRIEF, LONG, SHORT
 from oracles.planted.bricks import Way
-from oracles.planted.gjk import Corner, Simplex
 from oracles.planted.mutant import Planted, wrong
 from oracles.planted.shapes import Brick, Gap, Plane
-from oracles.planted.vectors import UNITS, Vec, cross, dot, length, sub, times
+from oracles.planted.textbook import Textbook
+from oracles.planted.vectors import Vec, cross, dot, length, sub, times, unit
 from oracles.scene import DISTANCE
 
 
@@ -22,11 +22,11 @@ class GapsAdded(Planted):
 
 @wrong(DISTANCE, "AABB–AABB", SHORT)
 class LargestGapOnly(Planted):
-    """A wrong region: boxes apart along several axes are told apart along one."""
+    """A wrong region: of boxes apart along several axes, the distance is that along one."""
 
-    def apart_along(self, gaps: list[float]) -> Vec:
-        widest = max(range(3), key=gaps.__getitem__)
-        return times(max(gaps[widest], 0.0), UNITS[widest])
+    def upright_upright(self, a: Brick, b: Brick) -> Gap:
+        gap = super().upright_upright(a, b)
+        return gap._replace(distance=max(map(abs, times(gap.distance, gap.normal)))) if gap.distance > 0 else gap
 
 
 @wrong(DISTANCE, "AABB–AABB", SHORT)
@@ -62,12 +62,15 @@ class FaceAxisMissing(Planted):
         return super().axes_to_try(a, b)[:2] + super().axes_to_try(a, b)[3:]
 
 
-@wrong(DISTANCE, "Box–Box", LONG)
+@wrong(DISTANCE, "Box–Box", LONG, BRIEF)
 class AxisNotNormalised(Planted):
-    """Cross products of edges are used as axes without being brought to length 1."""
+    """Overlaps are measured along cross products of edges that were not brought to length 1."""
 
     def edge_axes(self, a: Brick, b: Brick) -> list[Vec]:
         return [cross(u, v) for u in a.axes for v in b.axes]
+
+    def overlapping(self, a: Brick, b: Brick, separation: float, normal: Vec) -> Gap:
+        return super().overlapping(a, b, separation, unit(normal))
 
 
 @wrong(DISTANCE, "Box–Box", LONG)
@@ -77,6 +80,9 @@ class EdgesDropped(Planted):
     def edges_on_edges(self, a: Brick, b: Brick) -> list[Way]:
         return []
 
+    def overlapping(self, a: Brick, b: Brick, separation: float, normal: Vec) -> Gap:
+        return Textbook().overlapping(a, b, separation, normal)
+
 
 @wrong(DISTANCE, "AABB–Box", LONG)
 class CornersDropped(Planted):
@@ -85,14 +91,8 @@ class CornersDropped(Planted):
     def corners_of_a(self, a: Brick, b: Brick) -> list[Way]:
         return []
 
-
-@wrong(DISTANCE, "Box–Box", LONG, SHORT)
-class SamePoseAssumed(Planted):
-    """Only when parallel: boxes with parallel axes are taken for boxes of the same pose, whatever the turn."""
-
-    def brick_brick(self, a: Brick, b: Brick) -> Gap:
-        aligned = all(max(abs(dot(u, v)) for v in b.axes) > 1 - 1e-12 for u in a.axes)
-        return super().brick_brick(a, b._replace(axes=a.axes) if aligned else b)
+    def overlapping(self, a: Brick, b: Brick, separation: float, normal: Vec) -> Gap:
+        return Textbook().overlapping(a, b, separation, normal)
 
 
 @wrong(DISTANCE, "Box–Box", SHORT)
@@ -129,28 +129,6 @@ class GjkAbsolute(Planted):
 
     def has_converged(self, nearest: Vec, new: Vec, size: float) -> bool:
         return dot(nearest, sub(nearest, new)) <= 1e-6
-
-
-@wrong(DISTANCE, "Capsule–AABB", LONG)
-class GjkWithoutTriangles(Planted):
-    """A dropped case in GJK: the inside of a triangle is never the nearest part of a simplex."""
-
-    def weights(self, points: list[Vec]) -> list[float] | None:
-        return None if len(points) == 3 else super().weights(points)
-
-    def nearest_points(self, a: Brick, b: Brick) -> Way:
-        return self.gjk(a, b)[:2]
-
-
-@wrong(DISTANCE, "Capsule–Box", LONG)
-class GjkForgetsCorner(Planted):
-    """A wrong region in GJK: from three corners on, the second is dropped without a look."""
-
-    def nearest_part(self, corners: list[Corner]) -> Simplex:
-        return super().nearest_part(corners[:1] + corners[2:] if len(corners) > 2 else corners)
-
-    def nearest_points(self, a: Brick, b: Brick) -> Way:
-        return self.gjk(a, b)[:2]
 
 
 @wrong(DISTANCE, "HalfSpace–Box", LONG)

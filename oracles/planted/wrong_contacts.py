@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from oracles.claims import APART, FALSE, LONG, MISSED, OFF_SHAPE, OVERSHOT, SHORT, STUCK, TOGETHER
+from oracles.claims import APART, FALSE, LENGTHY, LONG, MISSED, OFF_SHAPE, OVERSHOT, SHORT, STUCK, TOGETHER
 from oracles.engine import COLUMNS, NAN, AnswerRow
 from oracles.planted.mutant import Planted, wrong
 from oracles.planted.shapes import Ball, Brick, Gap, Plane, Rod
@@ -29,7 +29,7 @@ class SecondBestAxis(Planted):
         return gap._replace(distance=gaps[-2])
 
 
-@wrong(CONTACTS, "Sphere–Box", TOGETHER)
+@wrong(CONTACTS, "Sphere–Box", TOGETHER, OFF_SHAPE)
 class PointOnWrongShape(Planted):
     """The contact point on the box is told twice, also as the one on the ball."""
 
@@ -63,7 +63,7 @@ class ContactBeforeTouching(Planted):
         return gap.distance <= 0.01
 
 
-@wrong(CONTACTS, "Sphere–AABB", OVERSHOT)
+@wrong(CONTACTS, "Sphere–AABB", OVERSHOT, LENGTHY)
 class NormalTooLong(Planted):
     """The normal is not brought to length 1."""
 
@@ -71,13 +71,13 @@ class NormalTooLong(Planted):
         return super().contact(gap._replace(normal=times(1.01, gap.normal)))
 
 
-@wrong(CONTACTS, "Capsule–Box", OFF_SHAPE)
+@wrong(CONTACTS, "Point–Box", OFF_SHAPE)
 class PointInOwnFrame(Planted):
-    """A wrong frame: the contact point on the box is told in the box's axes."""
+    """A wrong frame: the contact point that is the point itself is told in the box's axes."""
 
-    def rod_brick(self, a: Rod, b: Brick) -> Gap:
-        gap = super().rod_brick(a, b)
-        return gap._replace(on_b=b.into(gap.on_b))
+    def ball_brick(self, a: Ball, b: Brick) -> Gap:
+        gap = super().ball_brick(a, b)
+        return gap._replace(on_a=b.into(gap.on_a))
 
 
 @wrong(CONTACTS, "Sphere–Box", STUCK)
@@ -124,7 +124,7 @@ class SharedWidth(Planted):
         return gap._replace(distance=max(gap.distance, -min(widths)))
 
 
-@wrong(CONTACTS, "Box–Box", SHORT)
+@wrong(CONTACTS, "Box–Box", SHORT, FALSE)
 class FacesOnly(Planted):
     """A dropped case: contacts of two edges are taken for contacts of a face."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from oracles import impact_laws as law
+from oracles.engine import AnswerRow, Row
 from oracles.planted.impacts import Body, Contact, solved
 from oracles.planted.mutant import Planted, wrong
 from oracles.planted.vectors import UNITS, Axes, Vec, along, cross, length, times
@@ -49,7 +50,7 @@ class FrictionIgnored(Planted):
         return 0.0
 
 
-@wrong(IMPACT, "Sphere–Box", law.CONE)
+@wrong(IMPACT, "Sphere–HalfSpace", law.CONE)
 class AlwaysSticks(Planted):
     """Friction always ends the sliding, whatever its coefficient."""
 
@@ -107,7 +108,7 @@ class GrazingIgnored(Planted):
         return speed < -1e-3 * length(approach)
 
 
-@wrong(IMPACT, "Sphere–HalfSpace", law.ENERGY, law.CONE)
+@wrong(IMPACT, "Sphere–HalfSpace", law.ENERGY, law.SLIPPERY)
 class FrictionReversed(Planted):
     """A sign: friction drives the sliding instead of slowing it."""
 
@@ -127,7 +128,7 @@ class MassesSwapped(Planted):
         return _scaled(a, after_a, ratio), _scaled(b, after_b, 1 / ratio)
 
 
-@wrong(IMPACT, "Sphere–Capsule", law.MOMENTUM)
+@wrong(IMPACT, "Sphere–Capsule", law.MOMENTUM, law.SLOW)
 class OnlyOnePushed(Planted):
     """The counter-impulse is dropped where both can move: only B is pushed."""
 
@@ -146,7 +147,7 @@ class LeverTooLong(Planted):
         return after._replace(spin=(spin[0], spin[1], spin[2]))
 
 
-@wrong(IMPACT, "Capsule–HalfSpace", law.PULLED)
+@wrong(IMPACT, "Capsule–HalfSpace", law.PULLED, law.SLOW)
 class NormalOfImpactFlipped(Planted):
     """A sign: the impulse pulls the bodies at each other."""
 
@@ -154,7 +155,7 @@ class NormalOfImpactFlipped(Planted):
         return times(-1.0, super().impulse(a, b, contact, approach))
 
 
-@wrong(IMPACT, "Sphere–Box", law.MOMENTUM)
+@wrong(IMPACT, "Sphere–Box", law.MOMENTUM, law.PULLED)
 class SpeedClamped(Planted):
     """Wrong only when fast: no body moves faster than 100 after an impact."""
 
@@ -164,12 +165,17 @@ class SpeedClamped(Planted):
         return after if speed <= 100 else after._replace(velocity=times(100 / speed, after.velocity))
 
 
-@wrong(IMPACT, "HalfSpace–Box", law.SLOW, law.FAST)
-class SpinNotSeen(Planted):
-    """The approach is that of the centres: spins before the impact are not seen."""
+@wrong(IMPACT, "HalfSpace–Box", law.FAST, law.SLOW)
+class ImpactNormalNotNormalised(Planted):
+    """The normal of the contact is used as it is, whatever its length."""
 
-    def velocity_at(self, body: Body, point: Vec) -> Vec:
-        return body.velocity
+    def impact(self, row: Row) -> AnswerRow:
+        n = row[-5:-2]
+        self.stretch = length((n[0], n[1], n[2]))
+        return super().impact(row)
+
+    def impulse(self, a: Body, b: Body, contact: Contact, approach: Vec) -> Vec:
+        return times(self.stretch, super().impulse(a, b, contact, approach))
 
 
 @wrong(IMPACT, "Sphere–HalfSpace", law.MISSED)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from oracles.claims import RAY_FALSE, RAY_LATE, RAY_MISSED, RAY_OFF, RAY_POINT, TILTED
+from oracles.claims import BRIEF, LENGTHY, RAY_FALSE, RAY_LATE, RAY_MISSED, RAY_OFF, RAY_POINT, TILTED
 from oracles.engine import COLUMNS, AnswerRow, Row
 from oracles.planted.mutant import Planted, wrong
 from oracles.planted.rays import Hit, Line, Slab
@@ -51,7 +51,7 @@ class InsideMisses(Planted):
         return None
 
 
-@wrong(RAYCAST, "Ray–Sphere", RAY_FALSE)
+@wrong(RAYCAST, "Ray–Sphere", RAY_FALSE, RAY_OFF)
 class HitsBehind(Planted):
     """A dropped case: balls behind the start are hit, too."""
 
@@ -172,12 +172,14 @@ class LastSlabMissing(Planted):
         return super().ray_slabs(slabs[:-1])
 
 
-@wrong(RAYCAST, "Ray–KDOP", RAY_LATE, RAY_OFF, RAY_FALSE, RAY_MISSED)
-class BoundsNotScaled(Planted):
-    """The slabs' bounds are not divided by the length of their directions."""
+@wrong(RAYCAST, "Ray–KDOP", LENGTHY, BRIEF)
+class DirectionAsNormal(Planted):
+    """The normal is the slab's direction as it is, whatever its length."""
 
     def ray_slab_polytope(self, ray: Line, row: Row) -> Hit | None:
-        count = int(row[0])
-        sizes = [length((row[1 + 3 * i], row[2 + 3 * i], row[3 + 3 * i])) for i in range(count)]
-        bounds = [size * bound for size, bound in zip(sizes * 2, row[1 + 3 * count :], strict=True)]
-        return super().ray_slab_polytope(ray, row[: 1 + 3 * count] + bounds)
+        hit = super().ray_slab_polytope(ray, row)
+        if hit is None or hit.normal is None:
+            return hit
+        given = [(row[1 + 3 * i], row[2 + 3 * i], row[3 + 3 * i]) for i in range(int(row[0]))]
+        nearest = max(given, key=lambda d: abs(dot(unit(d), hit.normal or d)))
+        return Hit(hit.way, times(length(nearest), hit.normal))

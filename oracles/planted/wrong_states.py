@@ -99,7 +99,7 @@ class OtherThread(Planted):
 
 
 @wrong(DISTANCE, "Sphere–Sphere", NOT_A_NUMBER)
-class NaNWhenConcentric(Planted):
+class NotANumberWhenConcentric(Planted):
     """Not a number in one place: the normal of concentric balls is 0 by 0."""
 
     def ball_ball(self, a: Ball, b: Ball) -> Gap:
@@ -138,7 +138,7 @@ class CrashesWhenEqual(Planted):
 
 
 @wrong(DISTANCE, "Sphere–Capsule", NOT_A_NUMBER)
-class NaNAfterOverlap(Planted):
+class NotANumberAfterOverlap(Planted):
     """Leaves traces: after a deep overlap, the next answer is not a number."""
 
     def __init__(self) -> None:
