@@ -280,6 +280,10 @@ def hunt_mutants(
     jobs: Annotated[int, typer.Option(min=1, max=256, metavar="NUMBER", help="How many to hunt for at a time.")] = 1,
     seed: Annotated[int, typer.Option(parser=_seed, metavar="NUMBER", help="Another seed tries other scenes.")] = 0,
     markdown: Annotated[bool, typer.Option("--markdown", help="Print the table as Markdown.")] = False,
+    correct: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="SCENES", help="Question the engine that is right instead, on so many scenes."),
+    ] = None,
 ) -> int:
     """Test the hunter: put engines that are wrong on purpose before it, and print what it finds.
 
@@ -287,6 +291,8 @@ def hunt_mutants(
     """
     from reports import mutants  # noqa: PLC0415
 
+    if correct is not None:
+        return mutants.show_right(correct, seed)
     try:
         wanted = mutants.chosen(name or ())
     except KeyError as unknown:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import multiprocessing
+import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
-from oracles.planted.hunting import MOST_ODD, Hunted, hunted
+from oracles.outcome import FINDINGS
+from oracles.planted.hunting import MOST_ODD, Hunted, hunted, questioned
 from oracles.planted.mutant import Mutant
 from oracles.planted.mutants import MUTANTS
 from reports.text import visible
@@ -58,6 +60,17 @@ def show(mutants: Sequence[Mutant], *, budget: float, settle: float, seed: int, 
         done.append(found)
     print("", *summary(done), sep="\n")
     return int(any(found.faults for found in done))
+
+
+def show_right(scenes: int, seed: int) -> int:
+    """Question the engine that is right, and print what is found: 0 when that is nothing, else 1."""
+    begin = time.monotonic()
+    run = questioned(scenes=scenes, seed=seed)
+    for bucket in run.buckets:
+        print(bucket.key, bucket.witness.verdict.claim, sep="\n")
+    wrong, total, spent = run.total(kinds=FINDINGS), run.hunters.total(), time.monotonic() - begin
+    print(f"{wrong} findings in {total} scenes of {len(run.support)} cells, by bulk and Hypothesis, in {spent:.0f} s")
+    return int(wrong > 0 or total < scenes)
 
 
 def heading(*, markdown: bool) -> list[str]:

@@ -13,6 +13,8 @@ from oracles.planted.mutant import Mutant
 from oracles.planted.textbook import Textbook
 from oracles.scene import Scene, cells
 
+FOREVER = 1e9
+"""Seconds: an end is set by other means."""
 MOST_BUCKETS = 2
 SIMPLE = (0.0, 1.0, -1.0, 0.5, 2.0)
 """Numbers that a person takes in at a glance."""
@@ -127,3 +129,30 @@ def hunted(mutant: Mutant, *, budget: float, settle: float, seed: int = 0, pairs
         listener=enough,
     )
     return Hunted(mutant, enough.first, run.buckets, run.problems)
+
+
+@dataclass(frozen=True)
+class Until:
+    """Ends a campaign once so many scenes have been answered."""
+
+    scenes: int
+
+    def started(self, engines: Sequence[str], cells: int) -> None:
+        """Nothing is to be done yet."""
+
+    def advanced(self, run: Run, elapsed: float) -> None:
+        """End the campaign as Ctrl-C does, once it has compared enough."""
+        del elapsed
+        if run.hunters.total() >= self.scenes:
+            raise KeyboardInterrupt
+
+
+def questioned(*, scenes: int, seed: int) -> Run:
+    """Put so many scenes before the engine that is right."""
+    return run_campaign(
+        [f"{Textbook.__module__}:{Textbook.__name__}"],
+        budget=FOREVER,
+        seed=seed,
+        pairs=supported_pairs(Textbook()),
+        listener=Until(scenes),
+    )

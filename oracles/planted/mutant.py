@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar, TypeVar
 
 from oracles.engine import Kind, Solver
+from oracles.judge import CRASHED, TIMED_OUT
 from oracles.planted.textbook import Textbook
 from oracles.scene import Cell
 
@@ -17,6 +18,8 @@ class Planted(Textbook):
 
     query: ClassVar[str]
     pair: ClassVar[str]
+    remembers: ClassVar[bool] = False
+    """Whether an answer depends on what was asked before: then it need not be wrong again."""
 
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
         """Return the wrong function in its cell, and the right one in all others."""
@@ -37,7 +40,7 @@ class Mutant:
     query, pair
         The cell in which the findings have to be, all of them.
     symptoms
-        The judge's words that name the fault.
+        The judge's words that name the fault, the most frequent one first.
     """
 
     name: str
@@ -45,7 +48,12 @@ class Mutant:
     what: str
     query: str
     pair: str
-    symptoms: frozenset[str]
+    symptoms: tuple[str, ...]
+
+    @property
+    def comes_back(self) -> bool:
+        """Whether the process that asks survives the answer."""
+        return not {CRASHED, TIMED_OUT} & set(self.symptoms)
 
     @property
     def spec(self) -> str:
@@ -67,7 +75,7 @@ def wrong(query: str, pair: str, *symptoms: str) -> Callable[[Class], Class]:
         engine.name, engine.query, engine.pair = name, query, pair
         what = (engine.__doc__ or "").strip().splitlines()[0]
         assert name not in MUTANTS, name
-        MUTANTS[name] = Mutant(name, engine, what, query, pair, frozenset(symptoms))
+        MUTANTS[name] = Mutant(name, engine, what, query, pair, symptoms)
         return engine
 
     return register

@@ -186,6 +186,34 @@ class LightBodyIgnored(Planted):
         return (a, b) if max(a.inverse_mass, b.inverse_mass) > 100 else super().meet(a, b, contact)
 
 
+@wrong(IMPACT, "Sphere–Sphere", law.FAST)
+class AlwaysElastic(Planted):
+    """Every impact is elastic."""
+
+    def bounce(self, restitution: float, speed: float) -> float:
+        return 1.0
+
+
+@wrong(IMPACT, "Sphere–Sphere", law.MISSED)
+class NothingHappens(Planted):
+    """The velocities are those before the impact."""
+
+    def pushed(self, body: Body, point: Vec, push: Vec) -> Body:
+        return body
+
+
+@wrong(IMPACT, "Sphere–Box", law.FIXED)
+class ImmovableGivesWay(Planted):
+    """What cannot be moved is taken for as heavy as the other body."""
+
+    def meet(self, a: Body, b: Body, contact: Contact) -> tuple[Body, Body]:
+        if a.inverse_mass == 0:
+            a = a._replace(inverse_mass=b.inverse_mass, inertia=b.inertia)
+        if b.inverse_mass == 0:
+            b = b._replace(inverse_mass=a.inverse_mass, inertia=a.inertia)
+        return super().meet(a, b, contact)
+
+
 def _scaled(before: Body, after: Body, ratio: float) -> Body:
     """A body whose velocity has changed by a multiple."""
     change = along(after.velocity, -1.0, before.velocity)

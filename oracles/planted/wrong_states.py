@@ -7,19 +7,21 @@ import os
 import threading
 from typing import Any
 
-from oracles.claims import LONG, NOT_A_NUMBER, SHORT
-from oracles.engine import AnswerRow, Kind, Row
+from oracles.claims import FALSE, LONG, MISSED, NOT_A_NUMBER, SHORT
+from oracles.engine import COLUMNS, NOWHERE, AnswerRow, Kind, Row
 from oracles.judge import CRASHED, RAISED, TIMED_OUT
 from oracles.planted.mutant import Planted, wrong
 from oracles.planted.shapes import Ball, Brick, Gap, Plane, Rod, Shape
 from oracles.planted.vectors import dot, length, sub
-from oracles.scene import DISTANCE
+from oracles.scene import BOOLEAN, DISTANCE, IMPACT
 from refimpl.shapes import AABB
 
 
 @wrong(DISTANCE, "Point–Sphere", LONG, SHORT)
 class EveryThousandth(Planted):
     """Wrong only every 1 000th call, which is answered with the distance of the call before."""
+
+    remembers = True
 
     def __init__(self) -> None:
         self.calls, self.last = 0, 0.0
@@ -31,9 +33,11 @@ class EveryThousandth(Planted):
         return gap._replace(distance=before) if self.calls % 1000 == 0 else gap
 
 
-@wrong(DISTANCE, "Sphere–AABB", LONG, SHORT)
+@wrong(BOOLEAN, "Sphere–AABB", FALSE, MISSED)
 class StaleBox(Planted):
     """Stale state: a box with the same lower corner as the one before is taken for the same box."""
+
+    remembers = True
 
     def __init__(self) -> None:
         self.known: tuple[list[float], Shape] | None = None
@@ -50,6 +54,8 @@ class StaleBox(Planted):
 class CachedByHash(Planted):
     """Stale state: answers are kept by numbers rounded to whole ones, and given again to whoever has the same."""
 
+    remembers = True
+
     def __init__(self) -> None:
         self.kept: dict[tuple[Any, ...], float] = {}
 
@@ -63,6 +69,8 @@ class CachedByHash(Planted):
 class SlowlyDrifting(Planted):
     """Answers depend on history: each call leaves a trace of 1e-12 that adds up in all later ones."""
 
+    remembers = True
+
     def __init__(self) -> None:
         self.drift = 1.0
 
@@ -75,6 +83,8 @@ class SlowlyDrifting(Planted):
 @wrong(DISTANCE, "Point–HalfSpace", LONG, SHORT)
 class OtherThread(Planted):
     """Answers depend on the thread: every second call is made in one that has not heard of the plane yet."""
+
+    remembers = True
 
     def __init__(self) -> None:
         self.calls, self.plane_of_thread = 0, {True: 0.0, False: 0.0}
@@ -141,6 +151,8 @@ class CrashesWhenEqual(Planted):
 class NotANumberAfterOverlap(Planted):
     """Leaves traces: after a deep overlap, the next answer is not a number."""
 
+    remembers = True
+
     def __init__(self) -> None:
         self.deep = False
 
@@ -153,6 +165,8 @@ class NotANumberAfterOverlap(Planted):
 class BufferReused(Planted):
     """Stale state: the radius is kept in a buffer of ten, of which one place is written a call late."""
 
+    remembers = True
+
     def __init__(self) -> None:
         self.radii, self.calls = [1.0] * 10, 0
 
@@ -164,3 +178,14 @@ class BufferReused(Planted):
         gap = super().ball_plane(a._replace(radius=self.radii[place]), b)
         self.radii[place] = a.radius
         return gap
+
+
+@wrong(IMPACT, "Sphere–Capsule", NOT_A_NUMBER)
+class SpinsNotTold(Planted):
+    """The angular velocities after an impact are not told."""
+
+    def impact(self, row: Row) -> AnswerRow:
+        told = list(super().impact(row))
+        for name in ("angular_a", "angular_b"):
+            told[COLUMNS[name]] = NOWHERE
+        return told
