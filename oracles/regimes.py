@@ -50,7 +50,7 @@ def _signed_gap(a: Proxy, b: Proxy) -> tuple[Array, Array]:
     return found.distance, found.normal
 
 
-def _at_gap(a: Proxy, b: Proxy, gap: Array, which: Bools | None = None) -> Pair:
+def at_gap(a: Proxy, b: Proxy, gap: Array, which: Bools | None = None) -> Pair:
     """Move B along the normal until the signed distance is about `gap`; pairs without end, or not `which`, stay."""
     steps = STEPS if isinstance(a, UNIONS) or isinstance(b, UNIONS) else 1
     for _ in range(steps):
@@ -93,7 +93,7 @@ def aligned(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
 def touching(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
     """At distance 0 up to rounding: resting contact, where a boolean flips."""
     a, b = generic(draws, kind_a, kind_b)
-    return _at_gap(a, b, np.zeros(draws.n))
+    return at_gap(a, b, np.zeros(draws.n))
 
 
 @regime
@@ -101,7 +101,7 @@ def nearly_touching(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> P
     """Gaps and overlaps of 1e-1 to 1e-15: below an engine's tolerances and margins."""
     a, b = generic(draws, kind_a, kind_b)
     gap = 10.0 ** -draws.choice(range(1, 16)) * draws.choice((1.0, -1.0)) * draws.uniform(1.0, 9.0)
-    return _at_gap(a, b, gap)
+    return at_gap(a, b, gap)
 
 
 @regime
@@ -141,7 +141,7 @@ def parallel_edges(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pa
     pair = replace(a, rotation=rotation).make(kind_a), replace(b, rotation=turned, place=near).make(kind_b)
     gap = draws.choice((0.0, 1.0, 1e-9, -1e-9, 1e-3, -1e-3)) * draws.uniform(0.1, 1.0)
     loose = draws.choice((0.0, 1.0)) == 1
-    return _at_gap(*_facing(*pair), gap, ~loose)
+    return at_gap(*_facing(*pair), gap, ~loose)
 
 
 @regime
@@ -154,7 +154,7 @@ def face_on_face(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair
     gap = draws.choice((0.0, 1e-12, -1e-12, 1e-6, -1e-6, 1e-3, -1e-3, 0.5))
     stacked = replace(b, place=a.place + offset + slide, rotation=np.broadcast_to(IDENTITY, b.rotation.shape))
     first = replace(a, rotation=np.broadcast_to(IDENTITY, a.rotation.shape))
-    return _at_gap(*_facing(first.make(kind_a), stacked.make(kind_b)), gap)
+    return at_gap(*_facing(first.make(kind_a), stacked.make(kind_b)), gap)
 
 
 @regime
@@ -168,7 +168,7 @@ def sliver(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
         replace(b, extents=b.extents * thin_b).make(kind_b),
     )
     near = draws.choice((0.0, 1.0)) == 1
-    return _at_gap(*pair, draws.uniform(-0.1, 0.1), near)
+    return at_gap(*pair, draws.uniform(-0.1, 0.1), near)
 
 
 def _flattened(draws: Draws, thin: Array, kind: type[Proxy]) -> Array:
@@ -209,7 +209,7 @@ def size_ratio(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
         replace(a, extents=scale(size_a, a.extents)).make(kind_a),
         replace(b, extents=scale(size_b, b.extents)).make(kind_b),
     )
-    return _at_gap(*pair, draws.uniform(-1.0, 1.0))
+    return at_gap(*pair, draws.uniform(-1.0, 1.0))
 
 
 @regime
@@ -224,4 +224,4 @@ def far_away(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
 def models(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
     """Meshes of robots, tools and toys, touching and overlapping: many faces, no two alike, as users have them."""
     a, b, gap, moved = placed_pair(draws, current(), kind_a, kind_b)
-    return _at_gap(*_facing(a, b), gap, moved)
+    return at_gap(*_facing(a, b), gap, moved)
