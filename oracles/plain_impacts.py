@@ -131,13 +131,11 @@ def simpler_motions(motion: Motion) -> Iterator[Motion]:
             {"inertia": np.eye(3)},
             *({"velocity": np.round(body.velocity, k)} for k in (0, 1, 2)),
             *({"angular_velocity": np.round(body.angular_velocity, k)} for k in (0, 1, 2)),
-            *(
-                change
-                for name in ("velocity", "angular_velocity")
-                for change in _one_changed(name, getattr(body, name))
-            ),
+            *_one_changed("velocity", body.velocity),
+            *_one_changed("angular_velocity", body.angular_velocity),
         ):
-            yield replace(motion, **{side: replace(body, **change)})
+            changed = replace(body, **change)
+            yield replace(motion, a=changed) if side == "a" else replace(motion, b=changed)
     for x in (0.0, 1.0, 0.5):
         yield replace(motion, restitution=np.asarray(x))
         yield replace(motion, friction=np.asarray(x))

@@ -38,6 +38,8 @@ TRIES_SEARCHED = 600
 TRIES_LOST = 6
 """Where the engine was lost, or ran out of time, on the scene: each try may cost as much again."""
 MOST_STEPS = 40
+GIVE_UP_AFTER = 1
+"""Candidates of a batch that may run out of time before the rest of it is left."""
 GAPS = [sign * 10.0**-k for k in range(16) for sign in (1.0, -1.0)]
 """Steps on which errors that grow with a gap or an overlap grow."""
 
@@ -47,8 +49,10 @@ class Asked(Protocol):
 
     judges: Judges
 
-    def answer(self, cell: Cell, rows_a: Array, rows_b: Array) -> Answers:
-        """Have a batch of scenes of one cell answered."""
+    def answer(
+        self, cell: Cell, rows: tuple[Array, Array], groups: Array | None = None, give_up_after: int | None = None
+    ) -> Answers:
+        """Have a batch of scenes of one cell answered; see `EngineWorker.answer`."""
 
 
 def shrink(finding: Finding, bench: Asked, *, tries: int | None = None) -> Finding:
@@ -172,7 +176,7 @@ class _Search:
     def _ask(self, group: list[Scene]) -> None:
         a, b = batch_of([scene.a for scene in group]), batch_of([scene.b for scene in group])
         motion = Motion.unpack(_rows_of_motion(group)) if self.cell.query == IMPACT else None
-        answers = self.bench.answer(self.cell, *packed_rows(a, b, motion))
+        answers = self.bench.answer(self.cell, packed_rows(a, b, motion), give_up_after=GIVE_UP_AFTER)
         found = self.bench.judges.screen(self.cell, a, b, motion, answers)
         for i, scene in enumerate(group):
             if found.kind[i] is self.kind and found.symptom[i] == self.symptom and found.certain[i]:
@@ -193,7 +197,8 @@ class _Search:
 
     def _convict(self, finding: Finding, scene: Scene) -> Finding | None:
         """The finding on another scene, proven; none where the engine does not fail there in the same way."""
-        answers = self.bench.answer(scene.cell, *(row[None] for row in scene.rows))
+        first, second = scene.rows
+        answers = self.bench.answer(self.cell, (first[None], second[None]))
         verdict = self.bench.judges.convict(scene, answers)
         if verdict.kind is not self.kind or verdict.symptom != self.symptom:
             return None
