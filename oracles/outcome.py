@@ -110,6 +110,8 @@ class Finding:
     verdict: Verdict
     text: str = ""
     """The engine's error text or exit signal, where there is one."""
+    repeats: bool = True
+    """Whether the engine fails again when asked again; found out when the finding is shrunk."""
 
 
 @dataclass
