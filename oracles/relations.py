@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from oracles import relations_of_form, relations_of_queries, relations_of_space
 from oracles.answers import reference_for, said, take
 from oracles.batch import Batch
 from oracles.claims import RAY_LATE, RAY_OFF, RAY_POINT, WRONG_BOOLEANS
@@ -24,7 +25,7 @@ from oracles.judges import Judges
 from oracles.motion import Motion
 from oracles.outcome import Finding, Kind, Related, RelationKey, Severity, Verdict
 from oracles.related import Asked, Difference, Image, difference
-from oracles.relation_list import RELATIONS, Relation
+from oracles.relation import RELATIONS, Relation
 from oracles.scene import CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, Scene, packed_rows
 from oracles.words import said_of, severity_of
 from refimpl.linear import Array
@@ -32,6 +33,8 @@ from refimpl.shapes import Proxy
 
 __all__ = ["RELATIONS", "Relation", "Relations", "question", "relate"]
 
+FAMILIES = (relations_of_space, relations_of_form, relations_of_queries)
+"""Where the relations stand that are registered."""
 LOST = (Status.ERROR, Status.CRASHED, Status.TIMED_OUT)
 ABOUT_HITS = set(WRONG_BOOLEANS)
 ABOUT_TIMES = {RAY_OFF, RAY_LATE, RAY_POINT}
