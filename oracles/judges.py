@@ -9,10 +9,11 @@ from oracles.answers import reference_for, said
 from oracles.audit import audit
 from oracles.engine import Answers, Engine
 from oracles.impact_judge import ImpactJudge, audit_impact
-from oracles.judge import Judge, Screening
+from oracles.judge import Judge
 from oracles.motion import Motion
 from oracles.outcome import Finding, Kind, Verdict
 from oracles.scene import Cell, Scene
+from oracles.screening import Screening
 from refimpl import Proxy
 
 

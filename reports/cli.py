@@ -1,4 +1,4 @@
-"""The command line: ``proxyproof run``, ``table``, ``bounces`` and ``models``.
+"""The command line: ``proxyproof run``, ``table``, ``bounces``, ``models`` and ``hunt-mutants``.
 
 Exit status: 0 finished, 1 incomplete, 2 bad input (one line on standard error), 3 the reference was proven wrong,
 130 interrupted. Commands import what they need when they run, so that help and the table need no engine.
@@ -131,6 +131,50 @@ def models(
     for line in listed.lines(options.library_of(folder)):
         print(line)
     return FINISHED
+
+
+@app.command("hunt-mutants")
+def hunt_mutants(
+    name: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Wrong engines to hunt for. Default: all.")
+    ] = None,
+    budget: Annotated[
+        float, typer.Option(parser=options.seconds("--budget"), metavar="SECONDS", help="Time to find one of them.")
+    ] = 60.0,
+    settle: Annotated[
+        float,
+        typer.Option(
+            parser=options.seconds("--settle"), metavar="SECONDS", help="Time to look on after the first finding."
+        ),
+    ] = 5.0,
+    jobs: Annotated[int, typer.Option(min=1, max=256, metavar="NUMBER", help="How many to hunt for at a time.")] = 1,
+    seed: Annotated[
+        int,
+        typer.Option(
+            parser=options.whole("--seed", 0, options.LARGEST_SEED),
+            metavar="NUMBER",
+            help="Another seed tries other scenes.",
+        ),
+    ] = 0,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table as Markdown.")] = False,
+    correct: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="SCENES", help="Question the engine that is right instead, on so many scenes."),
+    ] = None,
+) -> int:
+    """Test the hunter: put engines that are wrong on purpose before it, and print what it finds.
+
+    Exit status: 0 all found, each named rightly and in at most two buckets; 1 else.
+    """
+    from reports import mutants  # noqa: PLC0415
+
+    if correct is not None:
+        return mutants.show_right(correct, seed)
+    try:
+        wanted = mutants.chosen(name or ())
+    except KeyError as unknown:
+        raise BadInput(f"there is no wrong engine {unknown}; there are {', '.join(mutants.names())}") from None
+    return mutants.show(wanted, budget=budget, settle=settle, seed=seed, jobs=jobs, markdown=markdown)
 
 
 if __name__ == "__main__":
