@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from oracles.known import KnownFaults
-from oracles.outcome import Bucket, Finding, Kind, Severity, Verdict
+from oracles.ledger.files import Ledger
+from oracles.outcome import Bucket, Finding, Severity, Verdict
 from oracles.reference import is_quick
 from oracles.scene import IMPACT, Cell, Scene
 from oracles.words import decade_of
@@ -30,7 +30,7 @@ class Buckets:
     have its own.
     """
 
-    known: KnownFaults
+    ledger: Ledger
     proofs_per_regime: int = 3
     proofs_of_searched: int = 2
     found: dict[KEY, Bucket] = field(default_factory=dict)
@@ -50,7 +50,7 @@ class Buckets:
         key = self._key(finding.engine, scene, verdict)
         bucket = self.found.get(key)
         if bucket is None:
-            bucket = self.found[key] = Bucket(*key[:5], witness=finding, known=key[5])
+            bucket = self.found[key] = Bucket(*key[:5], witness=finding, entry=key[5])
         elif clumsiness_of_scene(scene) < clumsiness_of_scene(bucket.witness.scene):
             bucket.witness = finding
         bucket.proven += 1
@@ -72,10 +72,10 @@ class Buckets:
             self._count(self.found[min(same, key=strangeness)], scene.regime, verdict.amount)
 
     def _key(self, engine: str, scene: Scene, verdict: Verdict) -> KEY:
-        """What findings with one cause have in common; whether and why they are known is part of it."""
+        """What findings with one cause have in common; the entry of the ledger that explains them is part of it."""
         decade = decade_of(verdict.amount, scene.size)
-        reason = self.known.reason(engine, scene, verdict)
-        return engine, scene.query, scene.cell.pair, verdict.symptom, decade, reason
+        entry = self.ledger.match(engine, scene, verdict)
+        return engine, scene.query, scene.cell.pair, verdict.symptom, decade, entry.name if entry else None
 
     @staticmethod
     def _count(bucket: Bucket, regime: str, amount: float) -> None:
@@ -90,8 +90,8 @@ class Buckets:
             verdict = bucket.witness.verdict
             gravity = _GRAVITY[verdict.severity] if verdict.severity else len(_GRAVITY)
             return (
-                verdict.kind is not Kind.REFERENCE_WRONG,
-                bucket.known is not None,
+                not bucket.against_reference,
+                bucket.entry is not None,
                 gravity,
                 -bucket.count,
                 bucket.key,

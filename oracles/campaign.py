@@ -30,7 +30,8 @@ from oracles.engines import load_engine, require_sound
 from oracles.hunt import hunt
 from oracles.impact_regimes import impact_reasons, regimes_of
 from oracles.judges import Judges, audit_of
-from oracles.known import KnownFaults
+from oracles.ledger import Ledger, settle
+from oracles.ledger.replay import Replayed, replay, to_replay
 from oracles.library import Library, shipped, using
 from oracles.outcome import ANSWERED, Finding, Kind, Run, SupportNote, Verdict
 from oracles.reference import is_quick
@@ -77,14 +78,15 @@ class Campaign:
     run: Run
     pairs: list[PairKey]
     listener: Listener | None
-    known: KnownFaults
+    ledger: Ledger
     buckets: Buckets = field(init=False)
     judges: dict[str, Judges] = field(init=False)
     start: float = field(default_factory=time.monotonic)
     turn: int = 0
+    replays: list[Replayed] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.buckets = Buckets(self.known)
+        self.buckets = Buckets(self.ledger)
         self.judges = {name: Judges(engine) for name, engine in self.engines.items()}
 
     @property
@@ -119,6 +121,7 @@ class Campaign:
 
     def go(self) -> None:
         """Bulk passes and hunts in turn, until the budget is used; the first pass may take longer, within reason."""
+        self.replay()
         each, number = FIRST_PASS, 0
         self.bulk_pass(number, each, until=max(2 * self.run.budget, self.run.budget + PATIENCE))
         if self.elapsed > self.run.budget + PATIENCE:
@@ -129,6 +132,22 @@ class Campaign:
             self.hunting(number, until)
             number, each = number + 1, min(4 * each, LARGEST_PASS)
             self.bulk_pass(number, each, until=self.run.budget)
+
+    def replay(self) -> None:
+        """Ask the ledger's witnesses again, those of the cells that are asked."""
+        for name, judges in self.judges.items():
+            for witness in to_replay(self.ledger, name):
+                cell = witness.scene.cell
+                if (cell.type_a, cell.type_b) not in self.pairs:
+                    continue
+                with self.timed("replay"):
+                    found = replay(witness, self.workers[name].ask, judges)
+                self.replays.append(found)
+                self.run.hunters["replay"] += 1
+                self.run.counts[name, cell.query, cell.pair, witness.scene.regime, found.kind] += 1
+                if found.finding is not None:
+                    self.file_finding(found.finding)
+                self._tell()
 
     def bulk_pass(self, number: int, each: int, until: float = float("inf")) -> None:
         """One batch of every pair to every engine; engines answer ahead while the judge works."""
@@ -232,15 +251,20 @@ class Campaign:
         return verdict.kind
 
     def file(self, name: str, scene: Scene, answers: Answers, verdict: Verdict) -> None:
-        """File a proven finding; one against the reference ends the run."""
+        """File a proven finding."""
         reference = reference_for(scene)
         if verdict.kind is Kind.REFERENCE_WRONG:
             name = "refimpl"
-        finding = Finding(name, scene, said(answers, 0), said(reference, 0), verdict, answers.errors.get(0, ""))
+        self.file_finding(
+            Finding(name, scene, said(answers, 0), said(reference, 0), verdict, answers.errors.get(0, ""))
+        )
+
+    def file_finding(self, finding: Finding) -> None:
+        """File a proven finding; one against the reference ends the run."""
         self.buckets.add_proven(finding)
         self.run.buckets = list(self.buckets.found.values())
-        if verdict.kind is Kind.REFERENCE_WRONG:
-            raise ReferenceFailed(verdict.claim)
+        if finding.verdict.kind is Kind.REFERENCE_WRONG:
+            raise ReferenceFailed(finding.verdict.claim)
 
     def _audit(self, batch: Batch) -> None:
         """Prove the reference's own answer on one scene of each regime, or of some in turn where proofs take time."""
@@ -290,6 +314,7 @@ class Campaign:
         """Sort the buckets, write their repro scripts, and say what is missing."""
         self.run.seconds = self.elapsed
         self.run.buckets = self.buckets.sorted()
+        settle(self.run, self.ledger, self.replays)
         for bucket in self.run.buckets:
             if bucket.engine in self.engines:
                 bucket.repro = self._repro(self.engines[bucket.engine], bucket.witness.scene)
@@ -339,7 +364,7 @@ def run_campaign(
     listener: Listener | None = None,
     pairs: Sequence[str] | None = None,
     call_limit: float = 0.5,
-    known: KnownFaults | None = None,
+    ledger: Ledger | None = None,
     models: Library | None = None,
 ) -> Run:
     """Question engines for about `budget` seconds and answer with everything that was found.
@@ -356,6 +381,8 @@ def run_campaign(
         Names such as ``Sphere–Box``; all by default.
     call_limit
         Seconds an engine may take for one scene.
+    ledger
+        What is known of the engines' faults; by default what is shipped.
     models
         Where the regime `models` takes its geometry from; by default what PyBullet ships.
 
@@ -384,7 +411,9 @@ def run_campaign(
         library = stack.enter_context(using(models or shipped()))
         workers = {e.name: stack.enter_context(EngineWorker(spec, call_limit)) for spec, e in loaded.items()}
         named = {engine.name: engine for engine in loaded.values()}
-        campaign = Campaign(named, workers, run, wanted, listener, known or KnownFaults.shipped())
+        run.engine_versions = {name: next(iter(engine.versions().values()), "") for name, engine in named.items()}
+        at_hand = (ledger if ledger is not None else Ledger.load()).at(run.engine_versions)
+        campaign = Campaign(named, workers, run, wanted, listener, at_hand)
         run.engines = list(named)
         run.versions = own_versions()
         for engine in named.values():

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from oracles.engine import Answers, Array, EngineUnavailable, Kind
 from oracles.guard import Job, Result
 from oracles.motion import WIDTH
-from oracles.scene import IMPACT
+from oracles.scene import IMPACT, Scene
 
 START_LIMIT = 120.0
 """Seconds until a worker must have imported its engine."""
@@ -94,6 +94,11 @@ class EngineWorker:
         """
         self.submit(query, A, B, rows_a, rows_b, groups=groups, give_up_after=give_up_after)
         return self.result()
+
+    def ask(self, scene: Scene) -> Answers:
+        """Have one scene answered."""
+        rows = (row[None] for row in scene.rows)
+        return self.answer(scene.query, type(scene.a), type(scene.b), *rows)
 
     def submit(
         self,

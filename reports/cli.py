@@ -1,7 +1,8 @@
 """The command line: ``proxyproof run``, ``table``, ``bounces`` and ``models``.
 
-Exit status: 0 finished, 1 incomplete, 2 bad input (one line on standard error), 3 the reference was proven wrong,
-130 interrupted. Commands import what they need when they run, so that help and the table need no engine.
+Exit status: 0 finished and as the ledger expects, 1 incomplete or not as expected, 2 bad input (one line on standard
+error), 3 the reference was proven wrong, 130 interrupted. Commands import what they need when they run, so that help
+and the table need no engine.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from reports import text
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from oracles.ledger import Ledger
     from oracles.library import Library
     from oracles.outcome import Run
 
@@ -132,6 +134,17 @@ def _folder(said: str) -> Path:
     return Path(said)
 
 
+def _file(option: str) -> Callable[[str], Path]:
+    """Make the parser of an option that names a file."""
+
+    def parse(said: str) -> Path:
+        if not str(said).strip() or "\0" in str(said):
+            raise BadInput(f"{option} must name a file, got {str(said)!r}")
+        return Path(said)
+
+    return parse
+
+
 def _library(folder: str | None) -> Library:
     """Models of a user's folder, all of them read, or those that are there without one."""
     from oracles import library  # noqa: PLC0415
@@ -176,17 +189,34 @@ def run(
         str | None,
         typer.Option(metavar="DIR", help="Folder of meshes (OBJ, STL) and URDFs for scenes. Default: PyBullet's."),
     ] = None,
+    ledger: Annotated[
+        list[Path] | None,
+        typer.Option(
+            parser=_file("--ledger"),
+            metavar="FILE",
+            help="Ledger of known faults of your own, beside the shipped one; may be repeated.",
+        ),
+    ] = None,
+    update_ledger: Annotated[
+        bool,
+        typer.Option(
+            "--update-ledger",
+            help="Write what is NEW, STALE or CHANGED to the last --ledger FILE, without one to the shipped ledger.",
+        ),
+    ] = False,
     out: Annotated[Path, typer.Option(parser=_folder, metavar="DIR", help="Folder for the report.")] = Path(
         "discrepancy-report"
     ),
 ) -> int:
     """Question engines, prove what they get wrong, and write a report.
 
-    Exit status: 0 finished, 1 incomplete, 2 bad input, 3 the reference itself was proven wrong, 130 interrupted.
+    Exit status: 0 finished and as the ledger expects; 1 incomplete, or with a bucket that is NEW or an entry that is
+    STALE or CHANGED; 2 bad input; 3 the reference itself was proven wrong; 130 interrupted.
     """
     pairs = _pairs(pair) if pair else None
     engines = _engines(engine)
     library = _library(models)
+    known = _ledger(ledger or [], update=update_ledger)
 
     from oracles.campaign import run_campaign  # noqa: PLC0415
     from oracles.engine import EngineUnavailable  # noqa: PLC0415
@@ -205,6 +235,7 @@ def run(
                 pairs=pairs,
                 call_limit=call_limit,
                 models=library,
+                ledger=known,
             )
         with _undisturbed():
             folder.write(found, out)
@@ -212,7 +243,41 @@ def run(
         raise BadInput(str(error)) from None
     terminal.print_summary(found, shown)
     print(f"report: {text.visible(out / 'index.html')}, report.md, run.json and repro/")
-    return exit_status(found)
+    settled = _settle(found, known, update=update_ledger)
+    return exit_status(found, settled=settled)
+
+
+def _ledger(own: Sequence[Path], *, update: bool) -> Ledger:
+    """Ledger of the run: the user's files, of which the last is made when it is to be written, and the shipped ones."""
+    from oracles.ledger import Ledger, LedgerError  # noqa: PLC0415
+    from oracles.ledger.update import require_writable  # noqa: PLC0415
+
+    try:
+        found = Ledger.load(own, create=update)
+        if update:
+            require_writable(found)
+    except LedgerError as error:
+        raise BadInput(str(error)) from None
+    return found
+
+
+def _settle(found: Run, ledger: Ledger, *, update: bool) -> bool:
+    """Print what would have to change in the ledger, and write it if asked to; whether all is as expected then."""
+    from oracles.ledger import LedgerError  # noqa: PLC0415
+    from oracles.ledger.update import changes, described, write  # noqa: PLC0415
+
+    wanted = changes(found, ledger)
+    if not wanted.files:
+        return True
+    try:
+        print(f"\nThe ledger is not what this run found.\n\n{described(wanted)}", end="")
+        if update:
+            with _undisturbed():
+                write(wanted)
+            print(f"\nwritten: {', '.join(text.visible(path) for path in wanted.files)}, and witnesses beside")
+    except LedgerError as error:
+        raise BadInput(str(error)) from None
+    return update
 
 
 @contextmanager
@@ -265,13 +330,13 @@ def models(
     return FINISHED
 
 
-def exit_status(found: Run) -> int:
-    """Exit status that tells what became of a run; the gravest word wins."""
+def exit_status(found: Run, *, settled: bool = True) -> int:
+    """Exit status that tells what became of a run, and whether the ledger fits it; the gravest word wins."""
     if found.reference_wrong:
         return REFERENCE_WRONG
     if found.interrupted:
         return INTERRUPTED
-    return INCOMPLETE if found.problems else FINISHED
+    return INCOMPLETE if found.problems or not settled else FINISHED
 
 
 def _engines(chosen: Sequence[str] | None) -> list[str]:
