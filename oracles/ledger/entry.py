@@ -16,8 +16,8 @@ from oracles.words import decade_of
 from refimpl import AABB, Box, Composite, Cylinder, Proxy
 from refimpl.linear import norm
 
-SMALLEST_DECADE = -400
-"""Below any ratio of two doubles."""
+ANY_DECADE = (-400, 0)
+"""First and last decade that the ratio of two doubles can have, errors larger than the scene counted as of its size."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Entry:
     pair: tuple[str, ...] = ("*",)
     symptom: tuple[str, ...] = ("*",)
     regime: tuple[str, ...] = ("*",)
-    decades: tuple[int, int] = (SMALLEST_DECADE, 0)
+    decades: tuple[int, int] = ANY_DECADE
     at_most: float = math.inf
     within: float = math.inf
     thinner_than: float = math.inf

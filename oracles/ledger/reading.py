@@ -38,9 +38,10 @@ def read_file(path: Path, most: int = MOST_BYTES) -> bytes:
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # a pipe would never open
     except (OSError, ValueError) as error:
         raise LedgerError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise LedgerError(f"{path} is no ordinary file")
     with os.fdopen(descriptor, "rb") as file:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise LedgerError(f"{path} is no ordinary file")
         data = file.read(most + 1)
     if len(data) > most:
         raise LedgerError(f"{path} is larger than {most} bytes")

@@ -23,7 +23,7 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import AoT, Table
 
-from oracles.ledger.entry import SMALLEST_DECADE, Entry, FirstSeen
+from oracles.ledger.entry import ANY_DECADE, Entry, FirstSeen
 from oracles.ledger.files import SHIPPED, Ledger
 from oracles.ledger.reading import FIELDS, LONGEST_TEXT, REFERENCE, LedgerError, read_table
 from oracles.ledger.witness import Witness, path_of
@@ -32,6 +32,8 @@ from oracles.outcome import Bucket, EntryNote, Run, State
 UNEXPLAINED = "Not looked into yet."
 """How the cause of an entry begins that was written by a run and by no one who knows."""
 WIDTH = 120
+MOST_WITNESSES = 3
+"""Witnesses of one new entry."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +88,23 @@ def changes(run: Run, ledger: Ledger) -> Changes:
             outdated |= {name: entry for name in entry.witnesses if note.state is State.CHANGED}
             _outdate(entry, note, run, ledger, found)
     taken = {name for _, name in entries}
+    for group in _kindred(run):
+        version = run.engine_versions.get(group[0].engine, "")
+        was = next((outdated[b.witness.scene.id] for b in group if b.witness.scene.id in outdated), None)
+        entry = _entry(group, version, today, was, taken)
+        taken.add(entry.name)
+        _add(entry, [_witness(bucket, version) for bucket in group[:MOST_WITNESSES]], ledger, found)
+    return found
+
+
+def _kindred(run: Run) -> list[list[Bucket]]:
+    """New buckets that differ in nothing but the size of the error: an entry for each group is enough."""
+    groups: dict[tuple[str, ...], list[Bucket]] = {}
     for bucket in run.buckets:
         if bucket.state is State.NEW and not bucket.against_reference and bucket.engine != REFERENCE:
-            version = run.engine_versions.get(bucket.engine, "")
-            entry = _entry(bucket, version, today, outdated.get(bucket.witness.scene.id), taken)
-            taken.add(entry.name)
-            _add(entry, [_witness(bucket, version)], ledger, found)
-    return found
+            key = bucket.engine, bucket.query, bucket.pair, bucket.symptom
+            groups.setdefault(key, []).append(bucket)
+    return list(groups.values())
 
 
 def _outdate(entry: Entry, note: EntryNote, run: Run, ledger: Ledger, found: Changes) -> None:
@@ -125,18 +137,19 @@ def _witness(bucket: Bucket, version: str) -> Witness:
     return Witness.of(bucket.witness, bucket.key, version)
 
 
-def _entry(bucket: Bucket, version: str, today: date, was: Entry | None, taken: set[str]) -> Entry:
-    """Make the entry of a new bucket; where a witness has changed, it keeps the cause and history of its old one."""
-    decades = (SMALLEST_DECADE, 0) if bucket.decade is None else (bucket.decade, bucket.decade)
-    claim = f"{UNEXPLAINED} {bucket.witness.verdict.claim}"[: LONGEST_TEXT - 1]
+def _entry(group: list[Bucket], version: str, today: date, was: Entry | None, taken: set[str]) -> Entry:
+    """Make the entry of new buckets; where a witness has changed, it keeps the cause and history of its old one."""
+    first = group[0]
+    decades = [bucket.decade for bucket in group if bucket.decade is not None]
+    claim = f"{UNEXPLAINED} {first.witness.verdict.claim}"[: LONGEST_TEXT - 1]
     return Entry(
-        bucket.engine,
-        _free_name(bucket, taken),
+        first.engine,
+        _free_name(first, taken),
         was.cause if was else " ".join(claim.split()),
-        query=(bucket.query,),
-        pair=(bucket.pair,),
-        symptom=(bucket.symptom,),
-        decades=decades,
+        query=(first.query,),
+        pair=(first.pair,),
+        symptom=(first.symptom,),
+        decades=(min(decades), max(decades)) if decades else ANY_DECADE,
         versions=was.versions if was else f">={version}" if version else "",
         upstream=was.upstream if was else (),
         first_seen=was.first_seen if was else FirstSeen(today, version or "unknown"),
@@ -145,8 +158,7 @@ def _entry(bucket: Bucket, version: str, today: date, was: Entry | None, taken: 
 
 def _free_name(bucket: Bucket, taken: set[str]) -> str:
     words = re.findall(r"[a-z0-9]+", f"{bucket.query} {bucket.pair} {bucket.symptom}".lower())
-    decade = [] if bucket.decade is None else [f"1e{bucket.decade}"]
-    name = "-".join([*words, *decade])[:90]
+    name = "-".join(words)[:90]
     return next(free for n in range(1, 10_000) if (free := name if n == 1 else f"{name}-{n}") not in taken)
 
 
@@ -287,6 +299,8 @@ def write(found: Changes) -> None:
                 entries[i]["witnesses"] = list(change.mend[key])
             elif key in change.remove:
                 del entries[i]
+        if "entry" in document and not entries:
+            del document["entry"]
         _append(document, change, engine, path)
         _replace(path, tomlkit.dumps(document))
         _forget(path.parent, before)
