@@ -201,7 +201,8 @@ def run(
         bool,
         typer.Option(
             "--update-ledger",
-            help="Write what is NEW, STALE or CHANGED to the last --ledger FILE, without one to the shipped ledger.",
+            help="Write what is NEW, STALE or CHANGED, and witnesses of entries without any, to the last --ledger FILE, "
+            "or to the shipped ledger.",
         ),
     ] = False,
     out: Annotated[Path, typer.Option(parser=_folder, metavar="DIR", help="Folder for the report.")] = Path(
@@ -266,7 +267,7 @@ def _settle(found: Run, ledger: Ledger, *, update: bool) -> bool:
     from oracles.ledger import LedgerError  # noqa: PLC0415
     from oracles.ledger.update import changes, described, write  # noqa: PLC0415
 
-    wanted = changes(found, ledger)
+    wanted = changes(found, ledger, fill=update)
     if not wanted.files:
         return True
     try:

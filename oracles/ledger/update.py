@@ -76,8 +76,14 @@ class Changes:
         return self.files.setdefault(path, Change(path))
 
 
-def changes(run: Run, ledger: Ledger) -> Changes:
-    """Find out what has to be added and taken out after a run."""
+def changes(run: Run, ledger: Ledger, *, fill: bool = False) -> Changes:
+    """Find out what has to be added and taken out after a run.
+
+    Parameters
+    ----------
+    fill
+        Also give witnesses to entries that have none and explain findings of this run.
+    """
     found = Changes()
     today = date.fromisoformat(run.started[:10])
     entries = {entry.key: entry for entry in ledger.entries}
@@ -87,6 +93,8 @@ def changes(run: Run, ledger: Ledger) -> Changes:
             entry = entries[note.engine, note.name]
             outdated |= {name: entry for name in entry.witnesses if note.state is State.CHANGED}
             _outdate(entry, note, run, ledger, found)
+        elif fill and note.seen and not note.witnesses:
+            _refresh(entries[note.engine, note.name], [], run, ledger, found)
     taken = {name for _, name in entries}
     for group in _kindred(run):
         version = run.engine_versions.get(group[0].engine, "")
@@ -109,21 +117,34 @@ def _kindred(run: Run) -> list[list[Bucket]]:
 
 def _outdate(entry: Entry, note: EntryNote, run: Run, ledger: Ledger, found: Changes) -> None:
     """Take out an entry, or give it the witnesses that hold where it still explains findings."""
-    path = Path(entry.file)
-    writable = path in ledger.own or not ledger.own
     kept = [ledger.witnesses[entry.engine, name] for name in note.holding]
-    if note.state is State.CHANGED and note.seen and not kept:
-        bucket = next(bucket for bucket in run.buckets if (bucket.engine, bucket.entry) == entry.key)
-        kept = [_witness(bucket, run.engine_versions.get(entry.engine, ""))]
-    if not writable:
+    if kept or (note.state is State.CHANGED and note.seen):
+        _refresh(entry, kept, run, ledger, found)
+    elif _writable(entry, ledger):
+        found.of(Path(entry.file)).remove.append(entry.key)
+    else:
         found.of(ledger.own[-1]).retire.append(entry.key)
-        if kept:
-            _add(entry, kept, ledger, found)
-    elif kept:
+
+
+def _refresh(entry: Entry, kept: list[Witness], run: Run, ledger: Ledger, found: Changes) -> None:
+    """Let an entry have these witnesses from now on, or without any those of the buckets that it explains."""
+    if not kept:
+        version = run.engine_versions.get(entry.engine, "")
+        explained = [bucket for bucket in run.buckets if (bucket.engine, bucket.entry) == entry.key]
+        by_pair = {bucket.pair: bucket for bucket in reversed(explained)}
+        kept = [_witness(bucket, version) for bucket in list(by_pair.values())[-MOST_WITNESSES:]]
+    if _writable(entry, ledger):
+        path = Path(entry.file)
         found.of(path).mend[entry.key] = tuple(witness.id for witness in kept)
         found.witnesses += [(path.parent, witness) for witness in kept]
     else:
-        found.of(path).remove.append(entry.key)
+        found.of(ledger.own[-1]).retire.append(entry.key)
+        _add(entry, kept, ledger, found)
+
+
+def _writable(entry: Entry, ledger: Ledger) -> bool:
+    """Whether the file that an entry stands in is one of those that are written."""
+    return Path(entry.file) in ledger.own or not ledger.own
 
 
 def _add(entry: Entry, witnesses: Iterable[Witness], ledger: Ledger, found: Changes) -> None:
