@@ -201,7 +201,7 @@ def run(
         bool,
         typer.Option(
             "--update-ledger",
-            help="Write what is NEW, STALE or CHANGED, and witnesses of entries without any, to the last --ledger FILE, "
+            help="Write what is NEW, STALE or CHANGED, and witnesses of entries without any, to the last FILE, "
             "or to the shipped ledger.",
         ),
     ] = False,
