@@ -9,12 +9,14 @@ from typing import Any
 
 import pytest
 
+from oracles.impact_judge import broken_by
 from oracles.ledger import Entry, Ledger
 from oracles.ledger.files import SHIPPED
 from oracles.ledger.update import UNEXPLAINED, changes, described, write
 from oracles.outcome import Kind, Run, State
 from refimpl.proof import check
 from refimpl.proof.claims import Bound
+from refimpl.proof.impacts import ImpactCertificate
 from reports import cli
 from tests.wrong_engines import Switched, spec
 
@@ -298,9 +300,12 @@ def test_every_shipped_entry_says_what_goes_wrong_where(entry: Entry) -> None:
 @pytest.mark.parametrize("key", sorted(SHIPPED_LEDGER.witnesses), ids="-".join)
 def test_every_shipped_witness_carries_what_convicts_the_engine(key: tuple[str, str]) -> None:
     witness = SHIPPED_LEDGER.witnesses[key]
-    about = witness.proof_scene or witness.scene
-    proof: Any = witness.proof
-    bounds: tuple[Bound, Bound] = check(proof, about.a, about.b)
+    about, proof = witness.proof_scene or witness.scene, witness.proof
+    bounds: tuple[Bound, Bound]
+    if isinstance(proof, ImpactCertificate):
+        bounds = (broken_by(proof, witness.scene, witness.symptom),) * 2
+    else:
+        bounds = check(proof, about.a, about.b)
     assert witness.lower <= bounds[0] <= bounds[1] <= witness.upper
 
 
