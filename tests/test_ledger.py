@@ -195,6 +195,13 @@ def test_an_entry_without_witness_that_nothing_fits_is_unmatched(fault: Any, own
     status, data = proxyproof(tmp_path, "--ledger", str(own))
     assert (status, states(data)) == (0, {"expected"})
     assert {bucket["entry"] for bucket in data["buckets"]} == {"by-hand"}
+    assert proxyproof(tmp_path, "--ledger", str(own), "--update-ledger")[0] == 0
+    (entry,) = entries(own)
+    assert entry["witnesses"], "an update gives witnesses to an entry that has none"
+    assert entry["cause"] == "Heard of."
+    fault("")
+    status, data = proxyproof(tmp_path, "--ledger", str(own))
+    assert (status, states(data)) == (1, {"STALE"})
 
 
 def test_engines_that_are_lost_are_witnesses_too(fault: Any, own: Path, tmp_path: Path) -> None:
