@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+from collections import Counter
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,14 +13,11 @@ from numpy.typing import ArrayLike
 
 from oracles import library
 from oracles.clock import timed
-from oracles.engine import Answers, Engine, EngineUnavailable
+from oracles.engine import Answers, Engine
 from oracles.engines import load_engine
 from oracles.judges import Judges
 from oracles.scene import IMPACT, Cell, Scene, cells
 from oracles.worker import EngineWorker
-
-STARTS = 3
-"""Times that the process around an engine is started for one batch; kill −9 may hit it too."""
 
 
 @dataclass(frozen=True)
@@ -72,24 +70,11 @@ class Bench:
         groups: ArrayLike | None = None,
         give_up_after: int | None = None,
     ) -> Answers:
-        """Have a batch answered (see `EngineWorker.answer`); a worker that was killed is replaced.
-
-        Raises
-        ------
-        EngineUnavailable
-            When it is lost again and again.
-        """
+        """Have a batch answered (see `EngineWorker.answer`)."""
         with timed(f"engine {self.name}"):
-            for start in range(1, STARTS + 1):
-                try:
-                    return self.worker.answer(
-                        cell.query, cell.type_a, cell.type_b, *rows, groups=groups, give_up_after=give_up_after
-                    )
-                except EngineUnavailable:
-                    self.close()
-                    if start == STARTS:
-                        raise
-        raise AssertionError("unreachable")
+            return self.worker.answer(
+                cell.query, cell.type_a, cell.type_b, *rows, groups=groups, give_up_after=give_up_after
+            )
 
     def ask(self, scene: Scene) -> Answers:
         """Have one scene answered."""
@@ -127,6 +112,13 @@ class Workshop:
     def at_rest(self) -> bool:
         """Whether any engine answers anything but impacts."""
         return any(self.asked(cell) for cell in cells() if cell.query != IMPACT)
+
+    def incidents(self) -> Counter[str]:
+        """What happened to the engines' processes since this was asked last."""
+        found: Counter[str] = Counter()
+        for bench in self.benches:
+            found.update({f"{bench.name}: {said}": n for said, n in bench.worker.take_incidents().items()})
+        return found
 
     def rest(self) -> None:
         """End the engines' processes; the next question starts others."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from oracles.known import KnownFaults
+from oracles.ledger.files import Ledger
 from oracles.outcome import Bucket, CountedKey, Finding, Kind, Severity, Verdict
 from oracles.scene import Scene
 from oracles.words import decade_of
@@ -27,7 +27,7 @@ class Buckets:
     A bucket is proven on a few of its findings and the rest is counted; the report names both numbers.
     """
 
-    known: KnownFaults
+    ledger: Ledger
     found: dict[KEY, Bucket] = field(default_factory=dict)
 
     def add_proven(self, finding: Finding) -> Bucket:
@@ -36,7 +36,7 @@ class Buckets:
         key = self._key(finding.engine, scene, verdict)
         bucket = self.found.get(key)
         if bucket is None:
-            bucket = self.found[key] = Bucket(*key[:5], witness=finding, known=key[5])
+            bucket = self.found[key] = Bucket(*key[:5], witness=finding, entry=key[5])
         elif clumsiness_of_scene(scene) < clumsiness_of_scene(bucket.witness.scene):
             bucket.witness = finding
         bucket.proven += 1
@@ -55,10 +55,10 @@ class Buckets:
             self._count(self.found[nearest], regime, worst, number)
 
     def _key(self, engine: str, scene: Scene, verdict: Verdict) -> KEY:
-        """What findings with one cause have in common; whether and why they are known is part of it."""
+        """What findings with one cause have in common; the entry of the ledger that explains them is part of it."""
         decade = decade_of(verdict.amount, scene.size)
-        reason = self.known.reason(engine, scene, verdict)
-        return engine, scene.query, scene.cell.pair, verdict.symptom, decade, reason
+        entry = self.ledger.match(engine, scene, verdict)
+        return engine, scene.query, scene.cell.pair, verdict.symptom, decade, entry.name if entry else None
 
     @staticmethod
     def _count(bucket: Bucket, regime: str, amount: float, number: int = 1) -> None:
@@ -74,7 +74,7 @@ class Buckets:
             gravity = _GRAVITY[verdict.severity] if verdict.severity else len(_GRAVITY)
             return (
                 verdict.kind is not Kind.REFERENCE_WRONG,
-                bucket.known is not None,
+                bucket.entry is not None,
                 gravity,
                 -bucket.count,
                 bucket.key,

@@ -14,10 +14,10 @@ from typing import Any
 from oracles.impact_judge import broken_by
 from oracles.outcome import Finding, Kind, Outcome, Severity, Verdict
 from oracles.scene import Scene
-from refimpl.proof import Certificate, check, from_json, to_json
+from refimpl.proof import Certificate, check, from_json
 from refimpl.proof.claims import Bound
 from refimpl.proof.impacts import ImpactCertificate
-from refimpl.proof.wire import impact_from_json, impact_to_json
+from refimpl.proof.wire import certificate_to_json, impact_from_json
 
 LONGEST_TEXT = 2_000
 """Characters of any text that is read back."""
@@ -33,6 +33,7 @@ def outcome_to_json(outcome: Outcome) -> dict[str, Any]:
         "counts": [[*key[:4], key[4].value, n] for key, n in outcome.counts.items()],
         "counted": [[*key, *value] for key, value in outcome.counted.items()],
         "hunters": dict(outcome.hunters),
+        "incidents": dict(outcome.incidents),
         "timing": outcome.timing,
         "problems": outcome.problems,
         "lacking": sorted(outcome.lacking),
@@ -54,6 +55,7 @@ def outcome_from_json(data: Any) -> Outcome:
             findings=[finding_from_json(entry) for entry in data["findings"]],
             counted={_counted_key(entry): (_count(entry[6]), float(entry[7])) for entry in data["counted"]},
             hunters=Counter({_text(name): _count(n) for name, n in data["hunters"].items()}),
+            incidents=Counter({_text(said): _count(n) for said, n in data["incidents"].items()}),
             timing={_text(name): float(spent) for name, spent in data["timing"].items()},
             problems=[_text(line) for line in data["problems"]],
             lacking=set(_texts(data["lacking"])),
@@ -139,11 +141,6 @@ def _answer(data: Any) -> dict[str, object]:
         _text(name): [float(x) for x in value[:3]] if isinstance(value, list) else float(value)
         for name, value in data.items()
     }
-
-
-def certificate_to_json(certificate: Certificate | ImpactCertificate) -> dict[str, Any]:
-    """Return a certificate of either kind as plain data."""
-    return impact_to_json(certificate) if isinstance(certificate, ImpactCertificate) else to_json(certificate)
 
 
 def certificate_from_json(data: Any, scene: Scene) -> Certificate | ImpactCertificate:

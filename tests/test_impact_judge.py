@@ -23,7 +23,7 @@ from oracles.impact_regimes import IMPACT_REGIMES
 from oracles.impact_stages import TARGETS
 from oracles.judge import CRASHED, TIMED_OUT
 from oracles.judges import Judges
-from oracles.known import KnownFaults
+from oracles.ledger import Ledger
 from oracles.motion import Motion
 from oracles.outcome import FINDINGS, Kind, Run, Severity
 from oracles.scene import IMPACT, Cell, Scene
@@ -263,7 +263,7 @@ def test_a_lost_answer_keeps_its_text_and_the_truth(status: Status, symptom: str
 
 
 def campaign(engine: type[Impulses], pairs: list[str] = PAIRS) -> Run:
-    return run_campaign([spec(engine)], budget=1e-9, seed=3, known=KnownFaults(), pairs=pairs)
+    return run_campaign([spec(engine)], budget=1e-9, seed=3, ledger=Ledger(), pairs=pairs)
 
 
 WRONG: list[tuple[type[Impulses], set[str], set[str]]] = [
