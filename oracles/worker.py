@@ -77,6 +77,7 @@ class EngineWorker:
         self.engine_spec = engine_spec
         self.incidents: Counter[str] = Counter()
         self._job: Job | None = None
+        self._renewed = False
         self._guarded = Guarded(engine_spec, Limits(call_limit, memory_limit, start_limit))
         self._end = weakref.finalize(self, self._guarded.end)
         try:
@@ -131,7 +132,8 @@ class EngineWorker:
             raise RuntimeError("the worker is at work on another batch: take its result first")
         if not self._end.alive:
             raise EngineUnavailable(f"the worker of {self.engine_spec} is closed")
-        self._job = Job(query, A, B, len(a), a.shape[1], b.shape[1], give_up_after)
+        self._job = Job(query, A, B, len(a), a.shape[1], b.shape[1], give_up_after, self._renewed)
+        self._renewed = False
         self._guarded.board.fill(a, b, labels)
         self._guarded.ask(self._job)
 
@@ -174,6 +176,10 @@ class EngineWorker:
         board.at[0] = NOWHERE_YET
         self._guarded.start()
         self._guarded.ask(job)
+
+    def renew(self) -> None:
+        """Have the next batch answered by a fresh process, in which the engine was asked nothing before."""
+        self._renewed = True
 
     def take_incidents(self) -> Counter[str]:
         """Return `incidents`, and begin a new list."""

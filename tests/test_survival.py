@@ -78,7 +78,7 @@ def play(at_work: EngineWorker, name: str) -> tuple[Status, str]:
     np.testing.assert_array_equal(answers.distance[innocent], [abs(x[i] - 3) - 2 for i in innocent])
     assert set(answers.errors) <= {2}
     text = answers.errors.get(2, "")
-    assert len(text) <= 320
+    assert len(text) <= 640
     assert text.isprintable()
     return Status(int(answers.status[2])), text
 

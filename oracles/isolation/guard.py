@@ -70,6 +70,8 @@ class Guard:
         """Have all scenes of a job answered, with as many hands as it takes."""
         board, first, stuck = self.board, self.hands.starts, 0
         board.open(job.size, job.width_a, job.width_b)
+        if job.renewed:
+            self.hands.dismiss()
         while len(pending := board.pending()):
             if self.hands.starts > first + MOST_STARTS:
                 self._skip(pending)
