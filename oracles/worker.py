@@ -186,6 +186,12 @@ class EngineWorker:
         taken, self.incidents = self.incidents, Counter()
         return taken
 
+    @property
+    def process_id(self) -> int:
+        """The guard's process, above those that hold the engine."""
+        assert self._guarded.process is not None
+        return self._guarded.process.pid
+
     def interrupt(self) -> None:
         """End the worker's processes at once; from any thread. What waits for a result raises."""
         self._guarded.interrupt()
