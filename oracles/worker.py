@@ -158,6 +158,9 @@ class EngineWorker:
         for i, text in faults(job.query, board.promised(), table).items():
             if status[i] == Status.ANSWERED:
                 status[i], table[i], texts[i] = Status.ERROR, np.nan, text
+        for i, text in texts.items():
+            if status[i] in (Status.ANSWERED, Status.SKIPPED):
+                self.incidents[f"{text}: {in_words(job)}"] += 1
         return Answers.from_table(status, table, texts)
 
     def _restart(self, job: Job, how: str, lost_at: Counter[int]) -> None:
@@ -167,7 +170,7 @@ class EngineWorker:
         board = self._guarded.board
         at = int(board.at[0])
         lost_at[at] += 1
-        self.incidents[f"{how}, while asked for {job.query} {job.A.__name__}–{job.B.__name__}; started again"] += 1
+        self.incidents[f"{how}, and was started again: {in_words(job)}"] += 1
         if lost_at[at] > 1 and 0 <= at < job.size and board.status[at] == PENDING:
             board.pin(at, Status.CRASHED, f"{how}, twice at this scene")
         if lost_at.total() > MOST_RESTARTS:
@@ -207,6 +210,11 @@ class EngineWorker:
     def __exit__(self, *_: object) -> None:
         """Close."""
         self.close()
+
+
+def in_words(job: Job) -> str:
+    """Name a job's cell."""
+    return f"{job.query} {job.A.__name__}–{job.B.__name__}"
 
 
 def _rows(kind: Kind, rows: ArrayLike, name: str, behind: int = 0) -> Array:

@@ -76,11 +76,14 @@ class Board:
         self.descriptor = anonymous_file() if descriptor is None else descriptor
         self.memory = mmap.mmap(-1, mmap.PAGESIZE)
         self.mapped = 0
+        self.layout = (-1, 0, 0)
         self.open(0, 0, 0)
 
     def open(self, size: int, width_a: int, width_b: int) -> None:
         """Lay out for a job, mapping more memory where it needs more."""
-        self.size = size
+        if (size, width_a, width_b) == self.layout:
+            return
+        self.layout = size, width_a, width_b
         place, offsets = HEADER, []
         for item in (8 * size, 8 * size * width_a, 8 * size * width_b, 8 * size * WIDTH, size, size * TEXT):
             offsets.append(place)
