@@ -172,6 +172,7 @@ class Campaign:
         run.counts.update(outcome.counts)
         run.hunters.update(outcome.hunters)
         run.problems += outcome.problems
+        run.incidents += outcome.incidents
         self.shop.library.lacking |= outcome.lacking
         for what, spent in (*outcome.timing.items(), *watch.taken().items()):
             run.timing[what] = run.timing.get(what, 0.0) + spent

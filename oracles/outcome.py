@@ -187,6 +187,8 @@ class Outcome:
     counted
         Findings of the float screening, beyond doubt but not proven one by one: how many, and the worst amount.
         They belong to the bucket of the proven ones that they are most like.
+    incidents
+        What happened to the engines' processes though nothing was lost, in sentences, and how often.
     lacking
         Forms that the library of models does not have.
     digest
@@ -199,6 +201,7 @@ class Outcome:
     hunters: Counter[str] = field(default_factory=Counter)
     timing: dict[str, float] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
+    incidents: Counter[str] = field(default_factory=Counter)
     lacking: set[str] = field(default_factory=set)
     digest: str = ""
     sheets: list[Sheet] = field(default_factory=list)
@@ -251,6 +254,8 @@ class Run:
     """Where the regime `models` took its geometry from, and then each file that could not be used, with the reason."""
     problems: list[str] = field(default_factory=list)
     """Sentences on whatever makes this run incomplete: supported cells with nothing compared, lost workers."""
+    incidents: Counter[str] = field(default_factory=Counter)
+    """Sentences on what happened to the engines' processes though nothing was lost by it, and how often."""
 
     def total(
         self,
