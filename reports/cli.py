@@ -143,10 +143,19 @@ def hunt_mutants(
     ] = 60.0,
     settle: Annotated[
         float,
-        typer.Option(parser=options.seconds("--settle"), metavar="SECONDS", help="Time to look on after the first finding."),
+        typer.Option(
+            parser=options.seconds("--settle"), metavar="SECONDS", help="Time to look on after the first finding."
+        ),
     ] = 5.0,
     jobs: Annotated[int, typer.Option(min=1, max=256, metavar="NUMBER", help="How many to hunt for at a time.")] = 1,
-    seed: Annotated[int, typer.Option(parser=options.whole("--seed", 0, options.LARGEST_SEED), metavar="NUMBER", help="Another seed tries other scenes.")] = 0,
+    seed: Annotated[
+        int,
+        typer.Option(
+            parser=options.whole("--seed", 0, options.LARGEST_SEED),
+            metavar="NUMBER",
+            help="Another seed tries other scenes.",
+        ),
+    ] = 0,
     markdown: Annotated[bool, typer.Option("--markdown", help="Print the table as Markdown.")] = False,
     correct: Annotated[
         int | None,
