@@ -22,6 +22,8 @@ class Kind(StrEnum):
     CONVENTION = "convention"
     """Right on the shape that the engine effectively uses, or by a documented convention."""
     WRONG = "wrong"
+    INCONSISTENT = "inconsistent"
+    """Two answers of the engine contradict each other; the second is to a scene made from the first."""
     CRASHED = "crashed"
     """The engine's process ended, or the engine raised an error."""
     TIMED_OUT = "timed out"
@@ -35,13 +37,14 @@ class Kind(StrEnum):
 
 
 ANSWERED = (Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.UNDECIDED)
-FINDINGS = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
+FINDINGS = (Kind.WRONG, Kind.INCONSISTENT, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
 SUSPECT = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT)
 """What a screening may say of an answer that is then weighed alone."""
 COMPARED = (
     Kind.AGREES,
     Kind.CONVENTION,
     Kind.WRONG,
+    Kind.INCONSISTENT,
     Kind.UNDECIDED,
     Kind.CRASHED,
     Kind.TIMED_OUT,
@@ -92,6 +95,21 @@ class Verdict:
 
 
 @dataclass(frozen=True)
+class Related:
+    """The other scene of a relation that an engine broke, with its answer.
+
+    Attributes
+    ----------
+    relation
+        Name, as in `oracles.relations`.
+    """
+
+    relation: str
+    scene: Scene
+    answer: dict[str, object]
+
+
+@dataclass(frozen=True)
 class Finding:
     """A scene on which an engine failed, with its answer and the verdict.
 
@@ -101,6 +119,8 @@ class Finding:
         What the engine said: field name to numbers, only what it said.
     reference
         What `refimpl` says, in the same form.
+    related
+        What contradicts the answer, where that is the finding.
     """
 
     engine: str
@@ -112,6 +132,7 @@ class Finding:
     """The engine's error text or exit signal, where there is one."""
     repeats: bool = True
     """Whether the engine fails again when asked again; found out when the finding is shrunk."""
+    related: Related | None = None
 
 
 @dataclass
@@ -146,6 +167,9 @@ class Bucket:
 
 CountKey = tuple[str, str, str, str, Kind]
 """engine, query, pair, regime, verdict"""
+
+RelationKey = tuple[str, str, str, Kind]
+"""engine, relation, query, verdict on the two answers"""
 
 
 CountedKey = tuple[str, str, str, str, int | None, str]
@@ -212,6 +236,8 @@ class Run:
     """(engine, query, pair) to note, for every cell."""
     buckets: list[Bucket] = field(default_factory=list)
     """Worst severity first."""
+    relations: Counter[RelationKey] = field(default_factory=Counter)
+    """Pairs of scenes of which one was made from the other."""
     hunters: Counter[str] = field(default_factory=Counter)
     """Scenes that each hunter has put before an engine: "bulk" and "hypothesis"."""
     timing: dict[str, float] = field(default_factory=dict)

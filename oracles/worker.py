@@ -182,8 +182,9 @@ class EngineWorker:
 
     @property
     def process_id(self) -> int:
-        """The guard's process, whose child holds the engine."""
-        return self._process.pid
+        """The guard's process, above those that hold the engine."""
+        assert self._guarded.process is not None
+        return self._guarded.process.pid
 
     def interrupt(self) -> None:
         """End the worker's processes at once; from any thread. What waits for a result raises."""
