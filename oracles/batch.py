@@ -109,6 +109,12 @@ class Batch:
         """Numbers of both sides."""
         return packed_rows(self.a, self.b, self.motion)
 
+    @property
+    def sizes(self) -> Array:
+        """Size of each scene, as `Scene.size`."""
+        largest = np.maximum(self.a.magnitude, self.b.magnitude) if self.motion is None else self.motion.speed
+        return np.asarray(np.broadcast_to(largest, len(self)))
+
     def __len__(self) -> int:
         """Return the number of scenes."""
         return len(self.groups)

@@ -15,6 +15,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
+from functools import cache
 from types import MappingProxyType
 from typing import ClassVar, Self
 
@@ -382,6 +383,9 @@ class Engine(ABC):
 
 def faults(query: str, says: frozenset[str], table: Array) -> dict[int, str]:
     """Answer rows that are no answers: a promised column is NaN, or a hit is neither 1 nor 0."""
+    hit = table[:, 0]
+    if not np.isnan(table[:, _places(says)]).any() and ("hit" not in says or ((hit == 0) | (hit == 1)).all()):
+        return {}
     found: dict[int, str] = {}
     described = np.full(len(table), True) if query == DISTANCE else table[:, 0] != 0
     for name in [n for n in COLUMNS if n in says]:
@@ -399,3 +403,9 @@ def faults(query: str, says: frozenset[str], table: Array) -> dict[int, str]:
             value = columns[i].tolist()
             found.setdefault(int(i), f"answered {name} = {value[0] if len(value) == 1 else value}")
     return found
+
+
+@cache
+def _places(says: frozenset[str]) -> list[int]:
+    """Indices of columns."""
+    return [place for name in COLUMNS if name in says for place in range(WIDTH)[COLUMNS[name]]]
