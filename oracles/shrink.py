@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain, islice
 from typing import Protocol
 
 import numpy as np
@@ -33,11 +34,15 @@ from oracles.simpler import batch_of, by_form, kept_apart, moved, simpler_proxie
 
 TRIES = 3000
 """Scenes that are put before an engine for one finding."""
-TRIES_SEARCHED = 600
+TRIES_SEARCHED = 800
 """Where the judge has to search for each answer."""
+TRIES_FORMED = 500
+"""Where making a proxy takes time as well: hulls, slabs, meshes, composites."""
 TRIES_LOST = 6
 """Where the engine was lost, or ran out of time, on the scene: each try may cost as much again."""
 MOST_STEPS = 40
+AT_ONCE = 150
+"""Candidates that are asked before one looks whether one of them will do."""
 GIVE_UP_AFTER = 1
 """Candidates of a batch that may run out of time before the rest of it is left."""
 GAPS = [sign * 10.0**-k for k in range(16) for sign in (1.0, -1.0)]
@@ -130,8 +135,7 @@ class _Search:
 
     def _go(self, way: list[Failing], regime: str, tries: int | None) -> None:
         """Find better and better scenes."""
-        quick = is_quick(self.cell.type_a, self.cell.type_b)
-        self.tries = tries or (TRIES_LOST if self.lost else TRIES if quick else TRIES_SEARCHED)
+        self.tries = tries or self._allowance()
         self._go_on(way)
         self.ask(plain_scenes(self.cell, regime))
         self._go_on(way)
@@ -139,11 +143,21 @@ class _Search:
             if self.lost or way[-1].key in self.exhausted or not self._improve(way):
                 break
 
+    def _allowance(self) -> int:
+        """How many scenes may be tried for one finding, by what each costs."""
+        kinds = self.cell.type_a, self.cell.type_b
+        if self.lost:
+            return TRIES_LOST
+        if any(kind.header for kind in kinds):
+            return TRIES_FORMED
+        return TRIES if is_quick(*kinds) else TRIES_SEARCHED
+
     def _improve(self, way: list[Failing]) -> bool:
         """Try everything around the last scene, until something is better."""
         best = way[-1]
-        for candidates in _passes(best):
-            self.ask(candidates)
+        candidates = chain.from_iterable(_passes(best))
+        while self.tries > 0 and (some := list(islice(candidates, AT_ONCE))):
+            self.ask(some)
             if self._go_on(way):
                 return True
         if self.tries > 0:
@@ -213,15 +227,26 @@ def _rows_of_motion(group: list[Scene]) -> Array:
 def _passes(best: Failing) -> Iterator[Iterable[Scene]]:
     """Candidates around a scene, the boldest first."""
     scene = best.scene
-    if not best.strain and best.is_gross and odd_numbers(scene) == 0:
+    if not best.strain and odd_numbers(scene) == 0:
+        if not best.is_gross and scene.motion is None:
+            yield kept_apart([scene], GAPS)
         return
     if scene.motion is not None:
-        yield [replace(scene, motion=motion) for motion in simpler_motions(scene.motion)]
         yield restaged(scene)
+        yield (replace(scene, motion=motion) for motion in simpler_motions(scene.motion))
         return
     yield moved(scene)
     yield kept_apart([scene], GAPS)
-    changed = [replace(scene, a=x) for x in simpler_proxies(scene.a)]
-    changed += [replace(scene, b=y) for y in simpler_proxies(scene.b)]
-    yield changed
-    yield kept_apart(changed, [0.0])
+    yield _changed(scene)
+    yield from (kept_apart(some, [0.0]) for some in _in_parts(_changed(scene)))
+
+
+def _changed(scene: Scene) -> Iterator[Scene]:
+    """One of both proxies simpler."""
+    yield from (replace(scene, a=a) for a in simpler_proxies(scene.a))
+    yield from (replace(scene, b=b) for b in simpler_proxies(scene.b))
+
+
+def _in_parts(scenes: Iterator[Scene]) -> Iterator[list[Scene]]:
+    while some := list(islice(scenes, AT_ONCE)):
+        yield some
