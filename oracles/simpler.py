@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
-from oracles.regimes import at_gap
+from oracles.placements import Draft
 from oracles.scene import Scene
 from oracles.solids import CUBE, TETRAHEDRON, block, wedge
 from refimpl import KDOP, Box, Composite, ConvexPolyhedron, Ellipsoid, Proxy, ShapeError, UnsupportedOperation
@@ -257,7 +257,7 @@ def kept_apart(scenes: list[Scene], gaps: list[float]) -> list[Scene]:
         for gap in gaps:
             try:
                 with np.errstate(all="ignore"):
-                    _, placed = at_gap(a, b, np.full(len(group), gap))
+                    _, placed = Draft(a, b, np.full(len(group), gap), np.ones(len(group), dtype=bool)).settled()
             except (ShapeError, ValueError):
                 continue
             found += [replace(scene, b=placed[i]) for i, scene in enumerate(group)]
