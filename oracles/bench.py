@@ -81,6 +81,16 @@ class Bench:
         first, second = scene.rows
         return self.answer(scene.cell, (first[None], second[None]))
 
+    def renew(self) -> None:
+        """Have the engine forget what it was asked before."""
+        if self._worker is not None:
+            self._worker.renew()
+
+    def incidents(self) -> Counter[str]:
+        """What has happened to the engine's process since this was last asked, in sentences, and how often."""
+        found = Counter() if self._worker is None else self._worker.take_incidents()
+        return Counter({f"{self.name}: {text}": number for text, number in found.items()})
+
     def close(self) -> None:
         """End the engine's process; the next question starts another."""
         if self._worker is not None:
@@ -112,13 +122,6 @@ class Workshop:
     def at_rest(self) -> bool:
         """Whether any engine answers anything but impacts."""
         return any(self.asked(cell) for cell in cells() if cell.query != IMPACT)
-
-    def incidents(self) -> Counter[str]:
-        """What happened to the engines' processes since this was asked last."""
-        found: Counter[str] = Counter()
-        for bench in self.benches:
-            found.update({f"{bench.name}: {said}": n for said, n in bench.worker.take_incidents().items()})
-        return found
 
     def rest(self) -> None:
         """End the engines' processes; the next question starts others."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import suppress
@@ -29,10 +28,12 @@ from oracles.ledger.replay import Replayed
 from oracles.outcome import Kind, Outcome, Run
 from oracles.scene import Cell, cells_of
 from oracles.store import Store
-from oracles.tasks import ReplayTask, Task, perform
+from oracles.tasks import ReplayTask, ShrinkTask, Task, perform
 
 PATIENCE = 60.0
 """Seconds beyond the budget that the first pass over all cells may take."""
+BOILING = 0.3
+"""Share of the budget that is kept for shrinking."""
 MOST_HOLES = 100
 """Tasks not done between recorded ones, where a run was ended: those that were under way."""
 MOST_FAILURES = 10
@@ -80,7 +81,6 @@ class Campaign:
     flying: dict[Future[Outcome], tuple[int, Task]] = field(default_factory=dict)
     landed: dict[int, tuple[Task, Outcome]] = field(default_factory=dict)
     digests: dict[str, str] = field(default_factory=dict)
-    incidents: Counter[str] = field(default_factory=Counter)
     replayed: list[Replayed] = field(default_factory=list)
     begun: int = 0
     filed: int = 0
@@ -103,9 +103,21 @@ class Campaign:
         self._do(plan.first_pass(self.pairs, self.run.seed), until=late)
         if not self.passes and self.elapsed > budget + PATIENCE:
             self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
-        self._do(plan.later_passes(self.pairs, self.targets(), self.run.seed, self.passes), until=budget)
+        hunted = (1 - BOILING) * budget
+        self._do(plan.later_passes(self.pairs, self.targets(), self.run.seed, self.passes), until=hunted)
         while self.flying:
             self._land()
+        self.boil_down()
+
+    def boil_down(self) -> None:
+        """Shrink the witnesses, so that findings with one cause come together."""
+        groups = self.buckets.to_shrink()
+        self._do((ShrinkTask(group) for group in groups), until=self.run.budget + PATIENCE)
+        while self.flying:
+            self._land()
+        left = len(self.buckets.to_shrink())
+        if left:
+            self.run.problems.append(f"no time was left to shrink the witnesses of {left} of {len(groups)} symptoms")
 
     def targets(self) -> list[tuple[str, Cell]]:
         """Every supported cell of every engine."""
@@ -177,17 +189,20 @@ class Campaign:
         run.counts.update(outcome.counts)
         run.hunters.update(outcome.hunters)
         run.problems += outcome.problems
-        self.incidents += outcome.incidents
+        run.incidents += outcome.incidents
         self.shop.library.lacking |= outcome.lacking
         for what, spent in (*outcome.timing.items(), *watch.taken().items()):
             run.timing[what] = run.timing.get(what, 0.0) + spent
-        for finding in outcome.findings:
+        if isinstance(task, ShrinkTask):
+            shrunk = outcome.findings if len(outcome.findings) == len(task.findings) else task.findings
+            self.buckets.rekey(task.findings, shrunk)
+        for finding in () if isinstance(task, ShrinkTask) else outcome.findings:
             self.buckets.add_proven(finding)
         for key, (number, worst) in outcome.counted.items():
             self.buckets.add_counted(key, number, worst)
         if isinstance(task, ReplayTask) and (replayed := task.replayed(outcome)):
             self.replayed.append(replayed)
-        run.buckets = list(self.buckets.found.values())
+        run.buckets = list(self.buckets.piles.values())
         run.seconds = self.elapsed
         for finding in outcome.findings:
             if finding.verdict.kind is Kind.REFERENCE_WRONG:
@@ -208,8 +223,6 @@ class Campaign:
             self.run.problems += closing.silent_cells(self.run)
         self.run.models = self.shop.library.account()
         self.run.digest = sha256("".join(f"{n} {d}\n" for n, d in sorted(self.digests.items())).encode()).hexdigest()
-        for said, n in self.incidents.items():
-            self.run.problems.append(said if n == 1 else f"{said} ({n} times)")
         if self.store:
             self.run.problems += self.store.problems
 

@@ -159,6 +159,11 @@ def test_the_hunter_finds_and_names_some_in_seconds(name: str) -> None:
     found = hunted(mutant, budget=8.0, settle=0.5, seed=2, pairs=[mutant.pair])
     assert found.found, found.problems
     assert found.named, [bucket.key for bucket in found.buckets]
+    for bucket in found.buckets:
+        scene = bucket.witness.scene
+        assert Scene.from_json(json.loads(json.dumps(scene.to_json()))).id == scene.id
+        compile(bucket.repro, "repro", "exec")
+        assert mutant.engine.__name__ in bucket.repro
 
 
 @pytest.mark.soak

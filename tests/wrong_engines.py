@@ -238,6 +238,17 @@ class Counting(Honest):
         return lambda a, b: answer_row(distance=len(a), on_a=b[:3], on_b=b[:3], normal=b[:3])
 
 
+class Remembering(Honest):
+    """Answers how many scenes it was asked before."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        self.asked += 1
+        return super().spoil(answer | {"distance": self.asked - 1.0}, row_a)
+
+
 class Noisy(Honest):
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
         os.write(1, b"a line that nobody wants to read\n" * 3000)
