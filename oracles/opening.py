@@ -47,6 +47,7 @@ def run_of(shop: Workshop, pairs: Sequence[PairKey], budget: float) -> Run:
     run = Run(shop.setup.seed, budget, datetime.now(UTC).isoformat(timespec="seconds"), regimes=reasons())
     run.engines = [bench.name for bench in shop.benches]
     run.versions = own_versions()
+    run.engine_versions = {bench.name: next(iter(bench.engine.versions().values()), "") for bench in shop.benches}
     for bench in shop.benches:
         run.versions |= bench.engine.versions()
     for cell in (cell for pair in pairs for cell in cells_of(pair)):

@@ -17,7 +17,7 @@ import pytest
 from oracles import claims
 from oracles.campaign import run_campaign
 from oracles.isolation.processes import children, marked
-from oracles.known import KnownFaults
+from oracles.ledger import Ledger
 from oracles.outcome import ANSWERED, FINDINGS, Run
 from tests import hostile_engines as hostile
 from tests.test_survival import eventually
@@ -39,7 +39,7 @@ def mark(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 def campaign(engine: type[Honest], passes: int = 2) -> Run:
     return run_campaign(
-        [spec(engine)], budget=0.0, passes=passes, seed=3, pairs=["Sphere–Sphere"], call_limit=0.3, known=KnownFaults()
+        [spec(engine)], budget=0.0, passes=passes, seed=3, pairs=["Sphere–Sphere"], call_limit=0.3, ledger=Ledger()
     )
 
 
