@@ -157,14 +157,14 @@ def test_turned_stacks_are_stacked_still():
 
 
 def test_every_build_is_combined_with_every_placement_and_frame():
-    assert len(COMBINATIONS) == len(BUILDS) * len(PLACEMENTS) * len(FRAMES) == 192
+    assert len(COMBINATIONS) == len(BUILDS) * len(PLACEMENTS) * len(FRAMES) == 324
     assert next(iter(COMBINATIONS)) == "generic"
     assert {"touching · sliver · far away", "touching", "sliver", "nearly touching · huge"} <= set(COMBINATIONS)
 
 
 def test_all_combinations_are_drawn_over_time():
     drawn = set()
-    for number in range(400):
+    for number in range(1000):
         for batch in Batch.draw((Sphere, Sphere), 1, (number, 3), 1, {COMBINED: REGIMES[COMBINED]}):
             drawn |= {batch.scene("distance", i).source.partition(": ")[2] for i in range(len(batch))}
     assert drawn == set(COMBINATIONS)
