@@ -94,6 +94,11 @@ def kills_itself(_: AnswerRow) -> None:
 
 
 @trick
+def sends_itself_a_nameless_signal(_: AnswerRow) -> None:
+    os.kill(os.getpid(), signal.SIGRTMIN + 5)
+
+
+@trick
 def kills_its_group(_: AnswerRow) -> None:
     os.killpg(0, signal.SIGKILL)
 

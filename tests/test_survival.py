@@ -85,6 +85,7 @@ def play(at_work: EngineWorker, name: str) -> tuple[Status, str]:
 
 ENDS = {
     "kills_itself": "the process was ended by SIGKILL",
+    "sends_itself_a_nameless_signal": f"the process was ended by signal {signal.SIGRTMIN + 5}",
     "kills_its_group": "the process was ended by SIGKILL",
     "kills_its_parent": "the process that had imported the engine was lost",
     "aborts": "ended by SIGABRT",
@@ -93,7 +94,7 @@ ENDS = {
     "leaves_at_once": "ended with exit status 0",
     "leaves": "ended with exit status 0",
     "leaves_with_words": "ended with exit status 1: so long",
-    "rubbish_then_abort": "ended by SIGABRT .*: .*title",
+    "rubbish_then_abort": r"ended by SIGABRT \(Aborted\): [^\ufffd]*\ufffd[^\ufffd]",
     "forks_many": "started more than 64 others",
 }
 
