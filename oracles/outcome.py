@@ -143,6 +143,8 @@ class Bucket:
     query: str
     pair: str
     symptom: str
+    degeneracy: str
+    """What is special about the geometry of the witness: see `oracles.degeneracy`."""
     decade: int | None
     """Decade of the error relative to the scene's size; None for answers that are wrong without an amount."""
     witness: Finding
@@ -158,12 +160,15 @@ class Bucket:
 
     @property
     def key(self) -> str:
-        """Readable, stable name: engine, query, pair, symptom, decade."""
-        parts = [self.engine, self.query, self.pair, self.symptom]
+        """Readable, stable name: engine, query, pair, symptom, degeneracy, decade."""
+        parts = [self.engine, self.query, self.pair, self.symptom, self.degeneracy]
         if self.decade is not None:
             parts.append(f"1e{self.decade:+d}")
         return " · ".join(parts)
 
+
+BucketKey = tuple[str, str, str, str, str, int | None]
+"""engine, query, pair, symptom, degeneracy, decade"""
 
 CountKey = tuple[str, str, str, str, Kind]
 """engine, query, pair, regime, verdict"""

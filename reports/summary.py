@@ -9,7 +9,8 @@ The format, `proxyproof-run-1`, is one JSON object:
 - ``problems``: sentences; ``incidents``: sentence on an engine's process to how often;
   ``timing``: seconds by what they were spent on;
   ``hunters``: scenes by hunter; ``models``: what the regime `models` was made of, and each file that it could not use
-- ``buckets``, worst first: objects with ``number, key, engine, query, pair, symptom, decade, kind, severity, amount,
+- ``buckets``, worst first: objects with ``number, key, engine, query, pair, symptom, degeneracy,
+  decade, kind, severity, amount,
   worst, lower, upper, claim, count, proven, regimes, known, scene, proof_scene, answer, reference, text, certificate,
   repro``; ``repro`` is the script's path within the folder, a scene is ``query, a, b, regime, source, id`` with each
   proxy's ``type`` and ``numbers`` as its `pack` gives them: in the constructor's order, after the sizes where a type
@@ -83,8 +84,8 @@ def _bucket(number: int, bucket: Bucket) -> dict[str, Any]:
     }
     said = {
         "key": bucket.key,
-        **{name: getattr(bucket, name) for name in ("engine", "query", "pair", "symptom", "decade", "count", "proven")},
-        **{name: getattr(bucket, name) for name in ("worst", "regimes", "known")},
+        **{name: getattr(bucket, name) for name in ("engine", "query", "pair", "symptom", "degeneracy", "decade")},
+        **{name: getattr(bucket, name) for name in ("count", "proven", "worst", "regimes", "known")},
         **{name: getattr(verdict, name) for name in ("kind", "severity", "amount", "lower", "upper", "claim")},
         **{name: getattr(finding, name) for name in ("answer", "reference", "text")},
     }
