@@ -95,7 +95,6 @@ ENDS = {
     "leaves": "ended with exit status 0",
     "leaves_with_words": "ended with exit status 1: so long",
     "rubbish_then_abort": r"ended by SIGABRT \(Aborted\): [^\ufffd]*\ufffd[^\ufffd]",
-    "forks_many": "started more than 64 others",
 }
 
 
@@ -175,6 +174,11 @@ def test_what_a_call_leaves_running_is_ended(shared: EngineWorker, name: str, te
     assert eventually(lambda: len(marked(OURS)) == 2), "the hand is ended with all that it started"
     ask(shared, -1.0)
     assert shared.take_incidents() == {text: 1}
+
+
+def test_more_children_than_any_engine_needs() -> None:
+    with EngineWorker(spec(hostile.Hostile), 10.0) as at_work:
+        assert play(at_work, "forks_many") == (Status.CRASHED, "the process started more than 64 others")
 
 
 def test_a_child_that_returns_to_the_harness_is_ended(shared: EngineWorker) -> None:
