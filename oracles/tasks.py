@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from threading import Lock, Thread
 
+from oracles.adapters import UnsoundAdapter
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, close_workshop, workshop
 from oracles.bulk import bulk
@@ -137,7 +138,10 @@ def perform(task: Task, setup: Setup) -> Outcome:
             before = set(shop.library.lacking)
             for bench in shop.benches:
                 bench.renew()  # an engine with a memory answers the same whatever was done here before
-            outcome = task.do(shop)
+            try:
+                outcome = task.do(shop)
+            except UnsoundAdapter as unsound:
+                outcome = Outcome(problems=[f"not judged: {unsound}"])
             for bench in shop.benches:
                 outcome.incidents += bench.incidents()
             outcome.lacking = shop.library.lacking - before
