@@ -10,6 +10,7 @@ import time
 import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -26,10 +27,12 @@ from oracles.known import KnownFaults
 from oracles.outcome import Kind, Outcome, Run
 from oracles.scene import Cell, cells_of
 from oracles.store import Store
-from oracles.tasks import Task, perform
+from oracles.tasks import ShrinkTask, Task, perform
 
 PATIENCE = 60.0
 """Seconds beyond the budget that the first pass over all cells may take."""
+BOILING = 0.3
+"""Share of the budget that is kept for shrinking."""
 MOST_HOLES = 100
 """Tasks not done between recorded ones, where a run was ended: those that were under way."""
 MOST_FAILURES = 10
@@ -97,9 +100,21 @@ class Campaign:
         self._do(plan.first_pass(self.pairs, self.run.seed), until=late)
         if not self.passes and self.elapsed > budget + PATIENCE:
             self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
-        self._do(plan.later_passes(self.pairs, self.targets(), self.run.seed, self.passes), until=budget)
+        hunted = (1 - BOILING) * budget
+        self._do(plan.later_passes(self.pairs, self.targets(), self.run.seed, self.passes), until=hunted)
         while self.flying:
             self._land()
+        self.boil_down()
+
+    def boil_down(self) -> None:
+        """Shrink the witnesses, so that findings with one cause come together."""
+        groups = self.buckets.to_shrink()
+        self._do((ShrinkTask(group) for group in groups), until=self.run.budget + PATIENCE)
+        while self.flying:
+            self._land()
+        left = len(self.buckets.to_shrink())
+        if left:
+            self.run.problems.append(f"no time was left to shrink the witnesses of {left} of {len(groups)} symptoms")
 
     def targets(self) -> list[tuple[str, Cell]]:
         """Every supported cell of every engine."""
@@ -150,6 +165,8 @@ class Campaign:
         while self.filed in self.landed:
             self.filed += 1
             self._file(*self.landed.pop(self.filed - 1))
+            if self.listener is not None:
+                self.listener.advanced(self.run, self.elapsed)
 
     def _outcome_of(self, task: Task, future: Future[Outcome]) -> Outcome:
         error = future.exception()
@@ -169,17 +186,18 @@ class Campaign:
         run.counts.update(outcome.counts)
         run.hunters.update(outcome.hunters)
         run.problems += outcome.problems
+        run.incidents += outcome.incidents
         self.shop.library.lacking |= outcome.lacking
         for what, spent in (*outcome.timing.items(), *watch.taken().items()):
             run.timing[what] = run.timing.get(what, 0.0) + spent
-        for finding in outcome.findings:
+        if isinstance(task, ShrinkTask):
+            self.buckets.rekey(task.findings, outcome.findings or task.findings)
+        for finding in () if isinstance(task, ShrinkTask) else outcome.findings:
             self.buckets.add_proven(finding)
         for key, (number, worst) in outcome.counted.items():
             self.buckets.add_counted(key, number, worst)
-        run.buckets = list(self.buckets.found.values())
+        run.buckets = list(self.buckets.piles.values())
         run.seconds = self.elapsed
-        if self.listener is not None:
-            self.listener.advanced(run, self.elapsed)
         for finding in outcome.findings:
             if finding.verdict.kind is Kind.REFERENCE_WRONG:
                 raise ReferenceFailed(finding.verdict.claim)
@@ -188,8 +206,9 @@ class Campaign:
 
     def finish(self) -> None:
         """File what has landed out of turn, sort the buckets, write their scripts, and say what is missing."""
-        for number in sorted(self.landed):
-            self._file(*self.landed[number])
+        with suppress(ReferenceFailed, GaveUp):
+            for number in sorted(self.landed):
+                self._file(*self.landed[number])
         self.run.seconds = self.elapsed
         self.run.buckets = self.buckets.sorted()
         closing.write_scripts(self.run, self.shop)

@@ -13,8 +13,8 @@ from hypothesis.configuration import set_hypothesis_home_dir
 
 from oracles.answers import add_to_digest
 from oracles.bench import Bench
-from oracles.buckets import clumsiness_of_scene
 from oracles.clock import timed
+from oracles.clumsiness import clumsiness
 from oracles.constants import constants_of
 from oracles.engine import Answers
 from oracles.judges import finding_of
@@ -84,7 +84,7 @@ class _Attack:
         elif verdict.kind not in (Kind.WRONG, Kind.REFERENCE_WRONG):
             return
         key = verdict.symptom, decade_of(verdict.amount, scene.size)
-        if key not in self.best or clumsiness_of_scene(scene) < clumsiness_of_scene(self.best[key].scene):
+        if key not in self.best or clumsiness(scene) < clumsiness(self.best[key].scene):
             self.best[key] = finding_of(self.bench.name, scene, answers, verdict)
 
     def _type_for(self, symptom: str, decade: int | None) -> type[Caught]:

@@ -143,6 +143,8 @@ class Bucket:
     query: str
     pair: str
     symptom: str
+    degeneracy: str
+    """What is special about the geometry of the witness: see `oracles.degeneracy`."""
     decade: int | None
     """Decade of the error relative to the scene's size; None for answers that are wrong without an amount."""
     witness: Finding
@@ -158,12 +160,15 @@ class Bucket:
 
     @property
     def key(self) -> str:
-        """Readable, stable name: engine, query, pair, symptom, decade."""
-        parts = [self.engine, self.query, self.pair, self.symptom]
+        """Readable, stable name: engine, query, pair, symptom, degeneracy, decade."""
+        parts = [self.engine, self.query, self.pair, self.symptom, self.degeneracy]
         if self.decade is not None:
             parts.append(f"1e{self.decade:+d}")
         return " · ".join(parts)
 
+
+BucketKey = tuple[str, str, str, str, str, int | None]
+"""engine, query, pair, symptom, degeneracy, decade"""
 
 CountKey = tuple[str, str, str, str, Kind]
 """engine, query, pair, regime, verdict"""
@@ -187,6 +192,8 @@ class Outcome:
     counted
         Findings of the float screening, beyond doubt but not proven one by one: how many, and the worst amount.
         They belong to the bucket of the proven ones that they are most like.
+    incidents
+        What happened to the engines' processes though nothing was lost, in sentences, and how often.
     lacking
         Forms that the library of models does not have.
     digest
@@ -199,6 +206,7 @@ class Outcome:
     hunters: Counter[str] = field(default_factory=Counter)
     timing: dict[str, float] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
+    incidents: Counter[str] = field(default_factory=Counter)
     lacking: set[str] = field(default_factory=set)
     digest: str = ""
     sheets: list[Sheet] = field(default_factory=list)
@@ -251,6 +259,8 @@ class Run:
     """Where the regime `models` took its geometry from, and then each file that could not be used, with the reason."""
     problems: list[str] = field(default_factory=list)
     """Sentences on whatever makes this run incomplete: supported cells with nothing compared, lost workers."""
+    incidents: Counter[str] = field(default_factory=Counter)
+    """Sentences on what happened to the engines' processes though nothing was lost by it, and how often."""
 
     def total(
         self,

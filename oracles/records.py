@@ -35,6 +35,7 @@ def outcome_to_json(outcome: Outcome) -> dict[str, Any]:
         "hunters": dict(outcome.hunters),
         "timing": outcome.timing,
         "problems": outcome.problems,
+        "incidents": dict(outcome.incidents),
         "lacking": sorted(outcome.lacking),
         "findings": [finding_to_json(finding) for finding in outcome.findings],
     }
@@ -56,6 +57,7 @@ def outcome_from_json(data: Any) -> Outcome:
             hunters=Counter({_text(name): _count(n) for name, n in data["hunters"].items()}),
             timing={_text(name): float(spent) for name, spent in data["timing"].items()},
             problems=[_text(line) for line in data["problems"]],
+            incidents=Counter({_text(line): _count(n) for line, n in data["incidents"].items()}),
             lacking=set(_texts(data["lacking"])),
             digest=_text(data["digest"]),
         )

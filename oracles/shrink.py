@@ -14,53 +14,48 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from itertools import chain, islice
 
 import numpy as np
 
-from oracles.answers import reference_for, said
 from oracles.clumsiness import odd_numbers
-from oracles.engine import Answers, Array
-from oracles.judges import Judges
+from oracles.engine import Array
+from oracles.judges import finding_of
 from oracles.likeness import Failing, failing, key_of
 from oracles.motion import Motion
 from oracles.outcome import Finding, Kind
 from oracles.plain import plain_scenes
 from oracles.plain_impacts import restaged, simpler_motions
 from oracles.reference import is_quick
+from oracles.relations import Bench, question
 from oracles.scene import IMPACT, Cell, Scene, packed_rows
 from oracles.simpler import batch_of, by_form, kept_apart, moved, simpler_proxies
 
 TRIES = 3000
 """Scenes that are put before an engine for one finding."""
-TRIES_SEARCHED = 600
+TRIES_SEARCHED = 800
 """Where the judge has to search for each answer."""
+TRIES_FORMED = 500
+"""Where making a proxy takes time as well: hulls, slabs, meshes, composites."""
+TRIES_RELATED = 100
+"""Where a relation between two scenes is broken: each try asks the engine twice, on its own."""
 TRIES_LOST = 6
 """Where the engine was lost, or ran out of time, on the scene: each try may cost as much again."""
 MOST_STEPS = 40
+AT_ONCE = 150
+"""Candidates that are asked before one looks whether one of them will do."""
 GIVE_UP_AFTER = 1
 """Candidates of a batch that may run out of time before the rest of it is left."""
 GAPS = [sign * 10.0**-k for k in range(16) for sign in (1.0, -1.0)]
 """Steps on which errors that grow with a gap or an overlap grow."""
 
 
-class Asked(Protocol):
-    """An engine that answers, and its judges."""
-
-    judges: Judges
-
-    def answer(
-        self, cell: Cell, rows: tuple[Array, Array], groups: Array | None = None, give_up_after: int | None = None
-    ) -> Answers:
-        """Have a batch of scenes of one cell answered; see `EngineWorker.answer`."""
-
-
-def shrink(finding: Finding, bench: Asked, *, tries: int | None = None) -> Finding:
+def shrink(finding: Finding, bench: Bench, *, tries: int | None = None) -> Finding:
     """Find the simplest scene with the same fault; see `shrink_all`."""
     return shrink_all([finding], bench, tries=tries)[0]
 
 
-def shrink_all(findings: Sequence[Finding], bench: Asked, *, tries: int | None = None) -> list[Finding]:
+def shrink_all(findings: Sequence[Finding], bench: Bench, *, tries: int | None = None) -> list[Finding]:
     """Find for each finding the simplest scene with the same fault; the finding itself where there is none simpler.
 
     Parameters
@@ -77,12 +72,13 @@ def shrink_all(findings: Sequence[Finding], bench: Asked, *, tries: int | None =
     list of Finding
         Each with a verdict of its own; one that does not come again is marked as such.
     """
-    groups: dict[tuple[Cell, Kind, str], list[int]] = {}
+    groups: dict[tuple[Cell, Kind, str, str], list[int]] = {}
     for i, finding in enumerate(findings):
-        groups.setdefault((finding.scene.cell, finding.verdict.kind, finding.verdict.symptom), []).append(i)
+        relation = finding.related.relation if finding.related else ""
+        groups.setdefault((finding.scene.cell, finding.verdict.kind, finding.verdict.symptom, relation), []).append(i)
     found = list(findings)
     for key, numbers in groups.items():
-        search = _Search(bench, *key)
+        search = _SearchOfRelated(bench, *key) if key[3] else _Search(bench, *key)
         for i, result in zip(numbers, search.shrink([findings[i] for i in numbers], tries), strict=True):
             found[i] = result
     return found
@@ -92,10 +88,12 @@ def shrink_all(findings: Sequence[Finding], bench: Asked, *, tries: int | None =
 class _Search:
     """All that has been learned of one symptom of an engine in one cell."""
 
-    bench: Asked
+    bench: Bench
     cell: Cell
     kind: Kind
     symptom: str
+    relation: str = ""
+    """Name of the relation between two scenes that is broken, where that is what is wrong."""
     known: dict[bytes, Failing] = field(default_factory=dict)
     """Scenes on which the engine fails in this way."""
     asked: set[bytes] = field(default_factory=set)
@@ -130,8 +128,7 @@ class _Search:
 
     def _go(self, way: list[Failing], regime: str, tries: int | None) -> None:
         """Find better and better scenes."""
-        quick = is_quick(self.cell.type_a, self.cell.type_b)
-        self.tries = tries or (TRIES_LOST if self.lost else TRIES if quick else TRIES_SEARCHED)
+        self.tries = tries or self._allowance()
         self._go_on(way)
         self.ask(plain_scenes(self.cell, regime))
         self._go_on(way)
@@ -139,11 +136,21 @@ class _Search:
             if self.lost or way[-1].key in self.exhausted or not self._improve(way):
                 break
 
+    def _allowance(self) -> int:
+        """How many scenes may be tried for one finding, by what each costs."""
+        kinds = self.cell.type_a, self.cell.type_b
+        if self.lost:
+            return TRIES_LOST
+        if any(kind.header for kind in kinds):
+            return TRIES_FORMED
+        return TRIES if is_quick(*kinds) else TRIES_SEARCHED
+
     def _improve(self, way: list[Failing]) -> bool:
         """Try everything around the last scene, until something is better."""
         best = way[-1]
-        for candidates in _passes(best):
-            self.ask(candidates)
+        candidates = chain.from_iterable(_passes(best))
+        while self.tries > 0 and (some := list(islice(candidates, AT_ONCE))):
+            self.ask(some)
             if self._go_on(way):
                 return True
         if self.tries > 0:
@@ -187,7 +194,7 @@ class _Search:
         """Convict the engine on the last scene on the way on which that succeeds."""
         for step in reversed(way[1:]):
             if step.key not in self.proven:
-                self.proven[step.key] = self._convict(finding, step.scene)
+                self.proven[step.key] = self._convict(step.scene)
             found = self.proven[step.key]
             if found is not None:
                 origin, regime = finding.scene.source, finding.scene.regime
@@ -195,15 +202,32 @@ class _Search:
                 return replace(found, scene=replace(found.scene, regime=regime, source=source))
         return finding
 
-    def _convict(self, finding: Finding, scene: Scene) -> Finding | None:
-        """The finding on another scene, proven; none where the engine does not fail there in the same way."""
+    def _convict(self, scene: Scene) -> Finding | None:
+        """A finding on this scene, proven; none where the engine does not fail there in the same way."""
         first, second = scene.rows
         answers = self.bench.answer(self.cell, (first[None], second[None]))
         verdict = self.bench.judges.convict(scene, answers)
         if verdict.kind is not self.kind or verdict.symptom != self.symptom:
             return None
-        text = answers.errors.get(0, "")
-        return Finding(finding.engine, scene, said(answers, 0), said(reference_for(scene), 0), verdict, text)
+        return finding_of(self.bench.engine.name, scene, answers, verdict)
+
+
+class _SearchOfRelated(_Search):
+    """The same for an engine that contradicts itself about two scenes, of which one is made from the other."""
+
+    def _allowance(self) -> int:
+        return TRIES_RELATED
+
+    def _ask(self, group: list[Scene]) -> None:
+        for scene in group:
+            found = question(self.bench, self.relation, scene)
+            if found is not None and found.verdict.symptom == self.symptom:
+                new = Failing(scene, found.verdict.amount)
+                self.known[new.key] = new
+
+    def _convict(self, scene: Scene) -> Finding | None:
+        found = question(self.bench, self.relation, scene)
+        return found if found is not None and found.verdict.symptom == self.symptom else None
 
 
 def _rows_of_motion(group: list[Scene]) -> Array:
@@ -213,15 +237,26 @@ def _rows_of_motion(group: list[Scene]) -> Array:
 def _passes(best: Failing) -> Iterator[Iterable[Scene]]:
     """Candidates around a scene, the boldest first."""
     scene = best.scene
-    if not best.strain and best.is_gross and odd_numbers(scene) == 0:
+    if not best.strain and odd_numbers(scene) == 0:
+        if not best.is_gross and scene.motion is None:
+            yield kept_apart([scene], GAPS)
         return
     if scene.motion is not None:
-        yield [replace(scene, motion=motion) for motion in simpler_motions(scene.motion)]
         yield restaged(scene)
+        yield (replace(scene, motion=motion) for motion in simpler_motions(scene.motion))
         return
     yield moved(scene)
     yield kept_apart([scene], GAPS)
-    changed = [replace(scene, a=x) for x in simpler_proxies(scene.a)]
-    changed += [replace(scene, b=y) for y in simpler_proxies(scene.b)]
-    yield changed
-    yield kept_apart(changed, [0.0])
+    yield _changed(scene)
+    yield from (kept_apart(some, [0.0]) for some in _in_parts(_changed(scene)))
+
+
+def _changed(scene: Scene) -> Iterator[Scene]:
+    """One of both proxies simpler."""
+    yield from (replace(scene, a=a) for a in simpler_proxies(scene.a))
+    yield from (replace(scene, b=b) for b in simpler_proxies(scene.b))
+
+
+def _in_parts(scenes: Iterator[Scene]) -> Iterator[list[Scene]]:
+    while some := list(islice(scenes, AT_ONCE)):
+        yield some

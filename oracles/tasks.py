@@ -8,16 +8,18 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from hashlib import sha256
 from threading import Lock, Thread
 
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, close_workshop, workshop
 from oracles.bulk import bulk
-from oracles.clock import watch
+from oracles.clock import timed, watch
 from oracles.hunt import hunting
 from oracles.library import using
-from oracles.outcome import Outcome
+from oracles.outcome import Finding, Outcome
 from oracles.scene import Cell
+from oracles.shrink import shrink_all
 
 
 class Task(ABC):
@@ -70,6 +72,26 @@ class HuntTask(Task):
         return hunting(shop.bench(self.engine), self.cell, seed=shop.setup.seed + self.number)
 
 
+@dataclass(frozen=True)
+class ShrinkTask(Task):
+    """Findings of one engine, cell and symptom, each to be shrunk to the simplest scene with the same fault."""
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def name(self) -> str:
+        """Engine, cell, and the scenes."""
+        first = self.findings[0]
+        every = "".join(f"{finding.verdict.symptom} {finding.scene.id}" for finding in self.findings)
+        pair = first.scene.cell.pair.replace("–", "-")
+        return f"shrink-{first.engine}-{first.scene.query}-{pair}-{sha256(every.encode()).hexdigest()[:12]}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Shrink; the outcome's findings are those of the task, in their order."""
+        with timed("shrinking"):
+            return Outcome(findings=shrink_all(self.findings, shop.bench(self.findings[0].engine)))
+
+
 _one_at_a_time = Lock()
 """Where an executor's workers are threads: benches, caches and Hypothesis belong to one task at a time."""
 
@@ -81,7 +103,11 @@ def perform(task: Task, setup: Setup) -> Outcome:
         with using(shop.library):
             watch.taken()
             before = set(shop.library.lacking)
+            for bench in shop.benches:
+                bench.renew()  # an engine with a memory answers the same whatever was done here before
             outcome = task.do(shop)
+            for bench in shop.benches:
+                outcome.incidents += bench.incidents()
             outcome.lacking = shop.library.lacking - before
             outcome.timing = watch.taken()
         return outcome

@@ -39,6 +39,10 @@ WORDS = (
     ("skipped", "not asked: the engine had run out of time on too many scenes of the cell and regime"),
     ("bucket", "findings with one cause, as far as can be told; its scene is the simplest found"),
     (
+        "touching, parallel, tiny ... in a bucket's name",
+        "what is special about its scene's geometry; generic, where nothing is",
+    ),
+    (
         "1e-3 in a bucket's name",
         "the decade of the error, relative to the scene's largest coordinate, extent or velocity",
     ),

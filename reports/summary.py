@@ -6,9 +6,11 @@ The format, `proxyproof-run-1`, is one JSON object:
 - ``engines``: names; ``versions``: package to version; ``regimes``: name to why it exists
 - ``counts``: objects with ``engine, query, pair, regime, verdict, count``
 - ``support``: objects with ``engine, query, pair, kind, reason``, kind being native, emulated or unsupported
-- ``problems``: sentences; ``timing``: seconds by what they were spent on;
+- ``problems``: sentences; ``incidents``: sentence on an engine's process to how often;
+  ``timing``: seconds by what they were spent on;
   ``hunters``: scenes by hunter; ``models``: what the regime `models` was made of, and each file that it could not use
-- ``buckets``, worst first: objects with ``number, key, engine, query, pair, symptom, decade, kind, severity, amount,
+- ``buckets``, worst first: objects with ``number, key, engine, query, pair, symptom, degeneracy,
+  decade, kind, severity, amount,
   worst, lower, upper, claim, count, proven, regimes, known, scene, proof_scene, answer, reference, text, certificate,
   repro``; ``repro`` is the script's path within the folder, a scene is ``query, a, b, regime, source, id`` with each
   proxy's ``type`` and ``numbers`` as its `pack` gives them: in the constructor's order, after the sizes where a type
@@ -51,7 +53,7 @@ def run_data(run: Run) -> dict[str, Any]:
         **{name: getattr(run, name) for name in ("seed", "budget", "seconds", "started", "interrupted")},
         **{
             name: getattr(run, name)
-            for name in ("engines", "versions", "regimes", "problems", "timing", "hunters", "models")
+            for name in ("engines", "versions", "regimes", "problems", "incidents", "timing", "hunters", "models")
         },
         "counts": counts,
         "support": support,
@@ -82,8 +84,8 @@ def _bucket(number: int, bucket: Bucket) -> dict[str, Any]:
     }
     said = {
         "key": bucket.key,
-        **{name: getattr(bucket, name) for name in ("engine", "query", "pair", "symptom", "decade", "count", "proven")},
-        **{name: getattr(bucket, name) for name in ("worst", "regimes", "known")},
+        **{name: getattr(bucket, name) for name in ("engine", "query", "pair", "symptom", "degeneracy", "decade")},
+        **{name: getattr(bucket, name) for name in ("count", "proven", "worst", "regimes", "known")},
         **{name: getattr(verdict, name) for name in ("kind", "severity", "amount", "lower", "upper", "claim")},
         **{name: getattr(finding, name) for name in ("answer", "reference", "text")},
     }

@@ -11,6 +11,7 @@ import decimal
 import gc
 import itertools
 import locale
+import math
 import mmap
 import os
 import signal
@@ -20,6 +21,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -503,3 +505,61 @@ class RoundsUpFromTheStart(Honest):
 
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
         return super().spoil(answer | {"distance": float(ctypes.CDLL(None).fegetround())}, row_a)
+
+
+# -- right answers with bad manners, in every scene or in some -----------------------------------------------
+
+
+class ChangesRounding(Honest):
+    name: ClassVar[str] = "changes-rounding"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        row = super().spoil(answer, row_a)
+        ctypes.CDLL(None).fesetround(FE_UPWARD)
+        return row
+
+
+class LeavesAnError(Honest):
+    name: ClassVar[str] = "leaves-an-error"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        np.seterr(all="raise")
+        return super().spoil(answer, row_a)
+
+
+class LeavesChildren(Honest):
+    """Leaves a child at its first call, and another whenever that is gone."""
+
+    name: ClassVar[str] = "leaves-children"
+
+    def __init__(self) -> None:
+        self.child: subprocess.Popen[bytes] | None = None
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        if self.child is None:
+            self.child = subprocess.Popen(["sleep", "3600"], start_new_session=True)
+        return super().spoil(answer, row_a)
+
+
+class Rubbish(Honest):
+    """Answers nonsense of another kind for each decade of the first coordinate, where that is positive."""
+
+    name: ClassVar[str] = "rubbish"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        kinds = list(NONSENSE.values())
+        if row_a[0] > 0:
+            nonsense: AnswerRow = kinds[int(math.log10(row_a[0]) + 400) % len(kinds)][0]
+            return nonsense
+        return super().spoil(answer, row_a)
+
+
+class Sleeper(Honest):
+    """Sleeps in its first call, once it has left a file in the folder that the environment names."""
+
+    name: ClassVar[str] = "sleeper"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        Path(os.environ["PROXYPROOF_ASLEEP"]).touch()
+        time.sleep(3600)
+        return super().spoil(answer, row_a)

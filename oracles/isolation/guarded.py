@@ -27,6 +27,8 @@ PARTING = 3.0
 """Seconds that a guard has to end what is below it before it is ended itself."""
 MARK = "PROXYPROOF_GUARD"
 """Every process below a guard has this in its environment, with a value of the worker's own."""
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "PROXYPROOF_THREADS")
+"""Threads would be lost in every fork, and are of no use to a solver of one scene."""
 BOOT = """
 import json, sys
 sys.path[:] = json.loads(sys.argv[1])
@@ -90,14 +92,12 @@ class Guarded:
             self.connection = Connection(ours.detach())
             passed = theirs.fileno(), self.board.descriptor
             arguments = [json.dumps(sys.path), *map(str, passed), self.spec, json.dumps(asdict(self.limits))]
-            # Threads of a linear algebra library would be lost in every fork, and are of no use to a solver.
-            alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
             self.process = subprocess.Popen(
                 [sys.executable, "-c", BOOT, *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=self.log,
                 stderr=self.log,
-                env={**os.environ, **alone, MARK: self.mark},
+                env={**os.environ, **dict.fromkeys(THREADS, "1"), MARK: self.mark},
                 pass_fds=passed,
                 start_new_session=True,
             )

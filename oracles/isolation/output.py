@@ -6,7 +6,7 @@ import os
 from contextlib import suppress
 
 KEPT = 4000
-LONGEST_WORDS = 200
+LONGEST_WORDS = 300
 """Characters that are quoted."""
 AT_ONCE = 1 << 16
 READS = 64
