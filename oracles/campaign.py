@@ -112,7 +112,7 @@ class Campaign:
     def boil_down(self) -> None:
         """Shrink the witnesses, so that findings with one cause come together."""
         groups = self.buckets.to_shrink()
-        self._do((ShrinkTask(group) for group in groups), until=self.run.budget + PATIENCE)
+        self._do((ShrinkTask(group) for group in groups), until=max(self.run.budget, self.elapsed) + PATIENCE)
         while self.flying:
             self._land()
         left = len(self.buckets.to_shrink())
