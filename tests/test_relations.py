@@ -100,7 +100,7 @@ def test_a_right_engine_of_its_own_breaks_none(cell: Cell) -> None:
 @pytest.mark.parametrize("pair", TABLE, ids=lambda p: f"{p[0].__name__}-{p[1].__name__}")
 def test_the_reference_breaks_none(pair: tuple[Kind, Kind]) -> None:
     quick = not {Polyhedron, Composite, Cylinder, Ellipsoid, KDOP, ConvexPolyhedron} & set(pair)
-    for query in (RAYCAST,) if pair[0] is Ray else (DISTANCE, BOOLEAN):
+    for query in (RAYCAST,) if pair[0] is Ray else (DISTANCE, BOOLEAN) if quick else (DISTANCE,):
         found = related(Reference(), Cell(query, *pair), 4 if quick else 1)
         assert told(found) == []
         assert compared(found) > 50
