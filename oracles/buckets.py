@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from oracles.known import KnownFaults
-from oracles.outcome import Bucket, Finding, Kind, Severity, Verdict
-from oracles.reference import is_quick
-from oracles.scene import IMPACT, Cell, Scene
+from oracles.outcome import Bucket, CountedKey, Finding, Kind, Severity, Verdict
+from oracles.scene import Scene
 from oracles.words import decade_of
 
 KEY = tuple[str, str, str, str, int | None, str | None]
@@ -23,26 +22,13 @@ def clumsiness_of_scene(scene: Scene) -> int:
 
 @dataclass
 class Buckets:
-    """All buckets of a run, filled one batch at a time.
+    """All buckets of a run, filled one task at a time.
 
-    Proofs cost milliseconds, so a bucket is proven on a few of its findings and the rest is counted; the report names
-    both numbers. Those of impacts and of pairs that need a search cost a hundred times more, and each regime does not
-    have its own.
+    A bucket is proven on a few of its findings and the rest is counted; the report names both numbers.
     """
 
     known: KnownFaults
-    proofs_per_regime: int = 3
-    proofs_of_searched: int = 2
     found: dict[KEY, Bucket] = field(default_factory=dict)
-    _tried: dict[tuple[object, ...], int] = field(default_factory=dict)
-
-    def wants_proof(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
-        """Whether another finding of this kind is worth a proof; counts the answer yes."""
-        quick = is_quick(cell.type_a, cell.type_b) and cell.query != IMPACT
-        key = (engine, cell, symptom, decade, regime if quick else "")
-        tried = self._tried.get(key, 0)
-        self._tried[key] = tried + 1
-        return tried < (self.proofs_per_regime if quick else self.proofs_of_searched)
 
     def add_proven(self, finding: Finding) -> Bucket:
         """File a proven finding, and make it the bucket's witness when it is the simplest so far."""
@@ -57,19 +43,16 @@ class Buckets:
         self._count(bucket, scene.regime, verdict.amount)
         return bucket
 
-    def add_counted(self, engine: str, scene: Scene, verdict: Verdict) -> None:
-        """Count a finding of the float screening to the bucket that others have been proven in.
+    def add_counted(self, key: CountedKey, number: int, worst: float) -> None:
+        """Count findings of the float screening to the bucket that others have been proven in.
 
         A proof may lessen an amount across a power of ten, so that the nearest decade has to do.
         """
-        wanted = self._key(engine, scene, verdict)
-
-        def strangeness(key: KEY) -> tuple[bool, int]:
-            return key[5] != wanted[5], abs((key[4] or 0) - (wanted[4] or 0))
-
-        same = [key for key in self.found if key[:4] == wanted[:4]]
+        *wanted, decade, regime = key
+        same = [bucket for bucket in self.found if bucket[:4] == tuple(wanted)]
         if same:
-            self._count(self.found[min(same, key=strangeness)], scene.regime, verdict.amount)
+            nearest = min(same, key=lambda bucket: abs((bucket[4] or 0) - (decade or 0)))
+            self._count(self.found[nearest], regime, worst, number)
 
     def _key(self, engine: str, scene: Scene, verdict: Verdict) -> KEY:
         """What findings with one cause have in common; whether and why they are known is part of it."""
@@ -78,10 +61,10 @@ class Buckets:
         return engine, scene.query, scene.cell.pair, verdict.symptom, decade, reason
 
     @staticmethod
-    def _count(bucket: Bucket, regime: str, amount: float) -> None:
-        bucket.count += 1
+    def _count(bucket: Bucket, regime: str, amount: float, number: int = 1) -> None:
+        bucket.count += number
         bucket.worst = max(bucket.worst, amount)
-        bucket.regimes[regime] += 1
+        bucket.regimes[regime] += number
 
     def sorted(self) -> list[Bucket]:
         """Reference faults first, then new before known, graver before lighter, more frequent before rarer."""

@@ -2,126 +2,122 @@
 
 from __future__ import annotations
 
-import time
-from collections import Counter
+import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from oracles.buckets import clumsiness_of_scene
+from oracles.answers import add_to_digest
+from oracles.bench import Bench
+from oracles.clock import timed
+from oracles.clumsiness import clumsiness
+from oracles.constants import constants_of
+from oracles.degeneracy import degeneracy
 from oracles.engine import Answers
-from oracles.judges import Judges
-from oracles.outcome import FINDINGS, CountKey, Kind, Verdict
+from oracles.judges import finding_of
+from oracles.outcome import FINDINGS, SUSPECT, Finding, Kind, Outcome
 from oracles.scene import Cell, Scene
+from oracles.screening import Screening
 from oracles.search import Enough, Search
+from oracles.sheets import KINDS, Row, Sheet
 from oracles.steering import steer
 from oracles.strategies import scenes
 from oracles.words import decade_of
-from oracles.worker import EngineWorker
 
 MANY_EXAMPLES = 150
+MANY_SCENES, MANY_PROOFS = 500, 60
+"""Scenes and proofs of a hunt, the steps of shrinking included: numbers and no deadline, so that the same seed brings
+the same on any machine."""
 STOP_AFTER_LOSSES = 2
-
-
-@dataclass(frozen=True)
-class Catch:
-    """One proven finding of the hunt."""
-
-    scene: Scene
-    answers: Answers
-    verdict: Verdict
-
-
-@dataclass
-class Hunt:
-    """What a hunt brought home: the simplest finding of each kind, and how many scenes it compared."""
-
-    findings: list[Catch] = field(default_factory=list)
-    counts: Counter[CountKey] = field(default_factory=Counter)
-    scenes: int = 0
-    """How many scenes were tried, the steps of shrinking included."""
 
 
 @dataclass
 class _Attack:
-    judge: Judges
-    worker: EngineWorker
+    bench: Bench
     cell: Cell
-    deadline: float
-    counts: Counter[CountKey] = field(default_factory=Counter)
-    proven: dict[str, Catch] = field(default_factory=dict)
+    outcome: Outcome = field(default_factory=Outcome)
+    digest: hashlib._Hash = field(default_factory=hashlib.sha256)
+    proven: dict[str, Finding] = field(default_factory=dict)
     simplest: dict[str, tuple[Scene, Answers]] = field(default_factory=dict)
     symptoms: set[str] = field(default_factory=set)
+    rows: list[Row] = field(default_factory=list)
     losses: int = 0
-    scenes: int = 0
+    proofs: int = 0
 
     def __call__(self, scene: Scene) -> str | None:
-        """Put one scene before the engine; answers the kind of what is wrong, if anything is.
-
-        A kind is proven once when it is met and once when it has become simple; between, floats that are certain do.
-        """
-        if time.monotonic() > self.deadline or self.losses >= STOP_AFTER_LOSSES:
+        """Put one scene before the engine; answers the kind of what is wrong, if anything is."""
+        tried = self.outcome.hunters["hypothesis"]
+        if tried >= MANY_SCENES or self.proofs >= MANY_PROOFS or self.losses >= STOP_AFTER_LOSSES:
             raise Enough
-        self.scenes += 1
+        self.outcome.hunters["hypothesis"] += 1
         cell, motion = self.cell, None if scene.motion is None else scene.motion[None]
-        rows = (row[None] for row in scene.rows)
-        answers = self.worker.answer(cell.query, cell.type_a, cell.type_b, *rows)
-        steer(self.judge.engine, scene, answers, self.symptoms)
-        screening = self.judge.screen(cell, scene.a[None], scene.b[None], motion, answers)
-        kind, symptom = screening.kind[0], screening.symptom[0]
-        if kind in (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT):
-            key = f"{symptom} {decade_of(float(screening.amount[0]), scene.size)}"
-            if kind is Kind.WRONG and key in self.proven and screening.certain[0]:
-                self._keep_simplest(key, scene, answers)
-                return key
-            kind = self._prove(key, scene, answers)
-            if kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
-                return key
-        if kind not in FINDINGS:
-            self.counts[self.judge.engine.name, cell.query, cell.pair, scene.regime, kind] += 1
-        return None
+        answers = self.bench.ask(scene)
+        add_to_digest(self.digest, self.bench.name, cell, answers)
+        with timed("judge"):
+            steer(self.bench.engine, scene, answers, self.symptoms)
+            screening = self.bench.judges.screen(cell, scene.a[None], scene.b[None], motion, answers)
+        kind, found = screening.kind[0], None
+        if kind in SUSPECT:
+            kind, found = self._weigh(scene, answers, screening)
+        proven = kind in FINDINGS
+        said = screening.symptom[0], float(screening.amount[0]), float(screening.pressure[0])
+        self.rows.append(Row(scene.regime, tried, int(answers.status[0]), KINDS.index(kind), *said, scene.size, proven))
+        if not proven:
+            self.outcome.counts[self.bench.name, cell.query, cell.pair, scene.regime, kind] += 1
+        return found
 
-    def _prove(self, key: str, scene: Scene, answers: Answers) -> Kind:
-        verdict = self.judge.convict(scene, answers)
+    def _weigh(self, scene: Scene, answers: Answers, screening: Screening) -> tuple[Kind, str | None]:
+        """Kind of the verdict on a suspect answer, and name of the kind of failure.
+
+        Each kind is proven once when it is met and once when it has become simple; between, floats that are certain do.
+        """
+        decade = decade_of(float(screening.amount[0]), scene.size)
+        name = f"{screening.symptom[0]} · {degeneracy(scene)} · {decade}"
+        if screening.kind[0] is Kind.WRONG and name in self.proven and screening.certain[0]:
+            simplest = self.simplest.get(name, (self.proven[name].scene, answers))[0]
+            if clumsiness(scene) < clumsiness(simplest):
+                self.simplest[name] = scene, answers
+            return Kind.WRONG, name
+        kind = self._prove(name, scene, answers)
+        return kind, name if kind in (Kind.WRONG, Kind.REFERENCE_WRONG) else None
+
+    def _prove(self, name: str, scene: Scene, answers: Answers) -> Kind:
+        self.proofs += 1
+        with timed("proofs"):
+            verdict = self.bench.judges.convict(scene, answers)
         self.losses += verdict.kind in (Kind.CRASHED, Kind.TIMED_OUT)
         if verdict.kind in FINDINGS:
-            known = self.proven.get(key)
-            if known is None or clumsiness_of_scene(scene) < clumsiness_of_scene(known.scene):
-                self.proven[key] = Catch(scene, answers, verdict)
+            known = self.proven.get(name)
+            if known is None or clumsiness(scene) < clumsiness(known.scene):
+                self.proven[name] = finding_of(self.bench.name, scene, answers, verdict)
             self.symptoms.add(verdict.symptom)
         return verdict.kind
 
-    def _keep_simplest(self, key: str, scene: Scene, answers: Answers) -> None:
-        simplest = self.simplest.get(key, (self.proven[key].scene, None))[0]
-        if clumsiness_of_scene(scene) < clumsiness_of_scene(simplest):
-            self.simplest[key] = scene, answers
-
-    def findings(self) -> list[Catch]:
+    def findings(self) -> list[Finding]:
         """One for each kind: the simplest that can be proven."""
-        for key, (scene, answers) in self.simplest.items():
-            self._prove(key, scene, answers)
+        for name, (scene, answers) in self.simplest.items():
+            self._prove(name, scene, answers)
         return list(self.proven.values())
 
 
-def hunt(
-    judge: Judges,
-    worker: EngineWorker,
-    cell: Cell,
-    *,
-    seed: int,
-    deadline: float = float("inf"),
-    examples: int = MANY_EXAMPLES,
-    database: Path | None = None,
-) -> Hunt:
-    """Search one cell: `examples` scenes and the steps of shrinking, or until the deadline (of `time.monotonic`).
+def hunting(
+    bench: Bench, cell: Cell, *, seed: int, examples: int = MANY_EXAMPLES, database: Path | None = None
+) -> Outcome:
+    """Search one cell for a few hundred scenes; the same seed brings the same.
 
     Parameters
     ----------
+    examples
+        How many scenes are generated; those of shrinking are not counted.
     database
-        Folder of failures of this cell, which are tried first.
+        Folder of failures of this cell alone, which are tried first, and kept; by default none.
     """
-    attack = _Attack(judge, worker, cell, deadline)
-    Search(attack, seed, examples, database=database).run(scenes(cell))
-    found = attack.findings()
-    for catch in found:  # one count for each finding that is filed, none for the steps of its shrinking
-        attack.counts[judge.engine.name, cell.query, cell.pair, catch.scene.regime, catch.verdict.kind] += 1
-    return Hunt(found, attack.counts, attack.scenes)
+    attack = _Attack(bench, cell)
+    with timed("hunt"), constants_of(bench.engine):
+        Search(attack, seed, examples, database=database).run(scenes(cell))
+    outcome = attack.outcome
+    outcome.findings = attack.findings()
+    for finding in outcome.findings:  # one count for each finding that is filed, none for the steps of its shrinking
+        outcome.counts[finding.engine, cell.query, cell.pair, finding.scene.regime, finding.verdict.kind] += 1
+    outcome.digest = attack.digest.hexdigest()
+    outcome.sheets.append(Sheet.of_rows(bench.name, cell, attack.rows))
+    return outcome

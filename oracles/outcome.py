@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from oracles.scene import Scene
 from refimpl.proof import Certificate
 from refimpl.proof.impacts import ImpactCertificate
+
+if TYPE_CHECKING:
+    from oracles.sheets import Sheet
 
 
 class Kind(StrEnum):
@@ -34,6 +38,8 @@ class Kind(StrEnum):
 
 ANSWERED = (Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.UNDECIDED)
 FINDINGS = (Kind.WRONG, Kind.INCONSISTENT, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
+SUSPECT = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT)
+"""What a screening may say of an answer that is then weighed alone."""
 COMPARED = (
     Kind.AGREES,
     Kind.CONVENTION,
@@ -124,6 +130,8 @@ class Finding:
     verdict: Verdict
     text: str = ""
     """The engine's error text or exit signal, where there is one."""
+    repeats: bool = True
+    """Whether the engine fails again when asked again; found out when the finding is shrunk."""
     related: Related | None = None
 
 
@@ -164,6 +172,45 @@ RelationKey = tuple[str, str, str, Kind]
 """engine, relation, query, verdict on the two answers"""
 
 
+CountedKey = tuple[str, str, str, str, int | None, str]
+"""engine, query, pair, symptom, decade, regime"""
+
+
+@dataclass
+class Outcome:
+    """What a task brings home.
+
+    Attributes
+    ----------
+    findings
+        Proven one by one.
+    counted
+        Findings of the float screening, beyond doubt but not proven one by one: how many, and the worst amount.
+        They belong to the bucket of the proven ones that they are most like.
+    lacking
+        Forms that the library of models does not have.
+    digest
+        Of every answer, to the bit.
+    """
+
+    counts: Counter[CountKey] = field(default_factory=Counter)
+    findings: list[Finding] = field(default_factory=list)
+    counted: dict[CountedKey, tuple[int, float]] = field(default_factory=dict)
+    relations: Counter[RelationKey] = field(default_factory=Counter)
+    hunters: Counter[str] = field(default_factory=Counter)
+    timing: dict[str, float] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    lacking: set[str] = field(default_factory=set)
+    digest: str = ""
+    sheets: list[Sheet] = field(default_factory=list)
+    """Each answer, for the record; not there in an outcome that was recalled."""
+
+    def count(self, key: CountedKey, amount: float) -> None:
+        """Add one finding that is not proven."""
+        number, worst = self.counted.get(key, (0, 0.0))
+        self.counted[key] = number + 1, max(worst, amount)
+
+
 @dataclass(frozen=True)
 class SupportNote:
     """Whether an engine answers a cell ("native", "emulated", "unsupported"), and how or why not."""
@@ -195,8 +242,12 @@ class Run:
     hunters: Counter[str] = field(default_factory=Counter)
     """Scenes that each hunter has put before an engine: "bulk" and "hypothesis"."""
     timing: dict[str, float] = field(default_factory=dict)
-    """Seconds spent on scenes, each engine, reference, judge, proofs, shrinking."""
+    """Seconds spent on scenes, each engine, the reference, judge, proofs, hunts, store: of all workers together."""
     interrupted: bool = False
+    digest: str = ""
+    """Of every answer, to the bit: the same for the same work, whatever has done it."""
+    recalled: int = 0
+    """Tasks whose outcomes come from the record of an earlier run."""
     models: list[str] = field(default_factory=list)
     """Where the regime `models` took its geometry from, and then each file that could not be used, with the reason."""
     problems: list[str] = field(default_factory=list)

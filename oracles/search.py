@@ -6,21 +6,19 @@ one failure, and the rounds after it take failures of its kind for successes. No
 
 from __future__ import annotations
 
-import signal
 import tempfile
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import FrameType
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import hypothesis
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis.configuration import set_hypothesis_home_dir
 from hypothesis.database import DirectoryBasedExampleDatabase
 from hypothesis.strategies import SearchStrategy
+
+from oracles.interrupts import remembered
 
 T = TypeVar("T")
 
@@ -79,7 +77,7 @@ class Search(Generic[T]):
         """Search; what is found is what `attempt` remembers."""
         set_hypothesis_home_dir(Path(tempfile.gettempdir()) / HOME)  # not in the caller's folder
         self._left, number = self.examples, 0
-        with watched() as pressed:
+        with remembered() as pressed:
             try:
                 if self.database is not None:
                     self._replay(strategy, pressed)
@@ -87,10 +85,8 @@ class Search(Generic[T]):
                     number += 1
             except Enough:
                 pass
-            if pressed:
-                raise KeyboardInterrupt
 
-    def _replay(self, strategy: SearchStrategy[T], pressed: list[bool]) -> None:
+    def _replay(self, strategy: SearchStrategy[T], pressed: list[int]) -> None:
         """Try what the database holds; each kind that fails still is known from then on."""
 
         def again(example: T) -> None:
@@ -102,7 +98,7 @@ class Search(Generic[T]):
 
         self._let(again, strategy, (Phase.reuse,), str(self.seed), max(self._left, 1))
 
-    def _round(self, strategy: SearchStrategy[T], number: int, pressed: list[bool]) -> bool:
+    def _round(self, strategy: SearchStrategy[T], number: int, pressed: list[int]) -> bool:
         """Search for a failure of a kind that is not known; whether there was one."""
         self._current, self._steps = None, 0
 
@@ -176,26 +172,6 @@ def _only_caught(found: BaseException) -> None:
             raise rest
 
 
-@contextmanager
-def watched() -> Iterator[list[bool]]:
-    """Remember Ctrl-C within the block: where it meets a callback of Hypothesis or of Python, the exception is lost."""
-    pressed: list[bool] = []
-    before: Any = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(before):
-        yield pressed
-        return
-
-    def handler(number: int, frame: FrameType | None) -> None:
-        pressed.append(True)
-        before(number, frame)
-
-    signal.signal(signal.SIGINT, handler)
-    try:
-        yield pressed
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def _heed(pressed: list[bool]) -> None:
+def _heed(pressed: list[int]) -> None:
     if pressed:
         raise KeyboardInterrupt

@@ -14,11 +14,10 @@ import numpy as np
 from hypothesis import target
 
 from oracles import claims
-from oracles.claims import Questioned
 from oracles.engine import Answers, Engine, Status
 from oracles.impact_judge import after_of
 from oracles.impact_laws import laws
-from oracles.promises import Used, tolerance, used
+from oracles.rules import Rules
 from oracles.scene import Scene
 from refimpl.linear import Array
 
@@ -73,30 +72,19 @@ def pressures(engine: Engine, scene: Scene, answers: Answers) -> Iterator[tuple[
     if scene.motion is not None:
         yield from _of_laws(engine, scene, answers)
         return
-    sides = used(engine, scene.cell, scene.a[None], scene.b[None])
-    ours = _questioned(engine, scene, answers, None)
+    rules, cell, pair = Rules(engine), scene.cell, (scene.a[None], scene.b[None])
+    ours = rules.questioned(cell, *pair, answers)
     if ours.unusable[0]:
         return
-    theirs = ours if sides[0].given and sides[1].given else _questioned(engine, scene, answers, sides)
-    size = np.array([scene.size])
+    theirs = rules.effectively(cell, *pair, answers)
+    as_given = theirs.a is ours.a and theirs.b is ours.b
     for mine, other in zip(ours.claims(), theirs.claims(), strict=True):
         if mine.by_convention or not mine.made[0]:
             continue
-        allowed = tolerance(engine, scene.cell, mine.kind, size)
-        both = [_relative(claim.violations(), allowed) for claim in ((mine,) if theirs is ours else (mine, other))]
+        allowed = rules.allowed(cell, mine.kind, np.array([scene.size]))
+        found = [_relative(claim.violations(), allowed) for claim in ((mine,) if as_given else (mine, other))]
         for side, symptom in enumerate((mine.below, mine.above)):
-            yield symptom, min(found[side] for found in both)
-
-
-def _questioned(engine: Engine, scene: Scene, answers: Answers, sides: tuple[Used, Used] | None) -> Questioned:
-    cell = scene.cell
-    waived = frozenset(engine.conventions(cell.query, cell.type_a, cell.type_b))
-    answered = answers.status == Status.ANSWERED
-    if sides is None:
-        nothing = np.zeros(1)
-        return Questioned(cell.query, scene.a[None], scene.b[None], nothing, nothing, answers, answered, waived)
-    a, b = sides
-    return Questioned(cell.query, a.shape, b.shape, a.margin, b.margin, answers, answered, waived)
+            yield symptom, min(both[side] for both in found)
 
 
 def _relative(violation: tuple[Array, Array, Array], allowed: Array) -> tuple[float, float]:
@@ -111,7 +99,7 @@ def _of_laws(engine: Engine, scene: Scene, answers: Answers) -> Iterator[tuple[s
     motion, after = motion[None], after_of(answers)
     rows = scene.a[None].pack(), scene.b[None].pack()
     effective = engine.effective_motion(cell.type_a, cell.type_b, motion, rows)
-    allowed = float(np.maximum(tolerance(engine, cell, "value", motion.speed), TINY)[0])
+    allowed = float(np.maximum(Rules(engine).allowed(cell, "value", motion.speed), TINY)[0])
     for mine, other in zip(laws(motion, after), laws(effective, after), strict=True):
         if mine.applies[0]:
             yield mine.symptom, min(float(mine.amount[0]), float(other.amount[0])) / allowed

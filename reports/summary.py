@@ -25,10 +25,10 @@ import json
 from typing import Any
 
 from oracles.outcome import Bucket, Run
+from oracles.records import certificate_to_json
 from oracles.scene import Scene
 from reports import text
 from reports.findings import repro_file
-from reports.proofs import certificate_json
 
 FORMAT = "proxyproof-run-1"
 
@@ -78,7 +78,7 @@ def _bucket(number: int, bucket: Bucket) -> dict[str, Any]:
     own = {
         "scene": _scene(finding.scene),
         "proof_scene": _scene(verdict.proof_scene) if verdict.proof_scene is not None else None,
-        "certificate": certificate_json(verdict.certificate) if verdict.certificate is not None else None,
+        "certificate": certificate_to_json(verdict.certificate) if verdict.certificate is not None else None,
     }
     said = {
         "key": bucket.key,

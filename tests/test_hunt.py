@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 import oracles.hunt
 from oracles import claims
 from oracles.engine import AnswerRow, Engine, Kind, Row, Solver, answer_row
-from oracles.hunt import Hunt, hunt
-from oracles.judges import Judges
+from oracles.hunt import hunting
+from oracles.outcome import Outcome
 from oracles.scene import CONTACTS, DISTANCE, IMPACT, Cell, Scene
 from oracles.search import Enough, Search
 from oracles.steering import BOOLEAN, NORMAL, VALUE, WITNESS, height, pressures, steer
@@ -28,16 +28,6 @@ from tests.wrong_impacts import Impulses, Stale
 
 BALLS = Cell(DISTANCE, Sphere, Sphere)
 Spoil = Callable[[Row, Row, Answer], None]
-
-
-class Here:
-    """Stands in for a worker, in this process."""
-
-    def __init__(self, engine: Engine) -> None:
-        self.desk = Desk(engine)
-
-    def answer(self, query: str, A: Kind, B: Kind, *rows: Any) -> Any:
-        return self.desk.answer(Cell(query, A, B), rows)
 
 
 class Planted(Honest):
@@ -63,13 +53,17 @@ def planted(*spoils: Spoil) -> Planted:
     return made()  # type: ignore[no-any-return]
 
 
-def hunted(engine: Engine, cell: Cell = BALLS, *, seed: int = 1, **options: Any) -> Hunt:
-    worker: Any = Here(engine)
-    return hunt(Judges(engine), worker, cell, seed=seed, **options)
+def hunted(engine: Engine, cell: Cell = BALLS, *, seed: int = 1, **options: Any) -> Outcome:
+    bench: Any = Desk(engine)
+    return hunting(bench, cell, seed=seed, **options)
 
 
-def symptoms(found: Hunt) -> set[str]:
-    return {catch.verdict.symptom for catch in found.findings}
+def symptoms(found: Outcome) -> set[str]:
+    return {finding.verdict.symptom for finding in found.findings}
+
+
+def tried(found: Outcome) -> int:
+    return found.hunters["hypothesis"]
 
 
 # -- more than one bug ---------------------------------------------------------------------------------------
@@ -230,7 +224,7 @@ def test_a_second_run_finds_old_failures_at_once(tmp_path: Path) -> None:
     assert {claims.LONG, claims.OFF_SHAPE} <= symptoms(first)
     again = hunted(engine, seed=99, examples=1, database=tmp_path)
     assert {claims.LONG, claims.OFF_SHAPE} <= symptoms(again)
-    assert again.scenes < 60
+    assert tried(again) < 60
     assert symptoms(hunted(Honest(), examples=1, database=tmp_path)) == set()
 
 
@@ -239,7 +233,7 @@ def test_without_a_database_the_seed_says_it_all(tmp_path: Path, monkeypatch: py
     engine = planted(_off_beyond, _witness_off_when_level)
     first, second = (hunted(engine, seed=7) for _ in range(2))
     assert [c.scene.id for c in first.findings] == [c.scene.id for c in second.findings]
-    assert (first.counts, first.scenes) == (second.counts, second.scenes)
+    assert (first.counts, first.digest) == (second.counts, second.digest)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -322,20 +316,11 @@ def test_an_answer_that_depends_on_earlier_calls_is_remembered() -> None:
     assert found.known == {"now and then"}
 
 
-def test_a_worker_in_its_own_process_is_hunted_alike() -> None:
-    from tests.wrong_engines import FlippedNormal, spec  # noqa: PLC0415
-
-    with EngineWorker(spec(FlippedNormal), 0.5) as worker:
-        found = hunt(Judges(FlippedNormal()), worker, BALLS, seed=2, examples=40)
-    assert symptoms(found) & {claims.STUCK, claims.OVERSHOT}
-    assert found.scenes >= 40
-
-
 @pytest.mark.parametrize("cell", [Cell(DISTANCE, Point, Sphere), Cell(CONTACTS, Sphere, Sphere)])
 def test_a_right_engine_is_let_be(cell: Cell) -> None:
     found = hunted(Honest(), cell, examples=200)
     assert found.findings == []
-    assert found.scenes >= 195
+    assert tried(found) >= 195
 
 
 def test_steering_knows_the_conventions_of_an_engine() -> None:

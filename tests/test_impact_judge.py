@@ -227,7 +227,7 @@ def test_an_inertia_of_its_own_is_a_convention() -> None:
     assert Judges(Impulses()).convict(scene, answers).kind is Kind.WRONG
     assert Judges(Rounded()).convict(scene, answers).kind is Kind.CONVENTION
     screening = Judges(Rounded()).screen(scene.cell, scene.a[None], scene.b[None], scene.motion[None], answers)
-    assert screening.kind == [Kind.CONVENTION]
+    assert list(screening.kind) == [Kind.CONVENTION]
     assert Judges(Rounded()).convict(scene, answered(scene, velocity_b=[0, 0, 9])).kind is Kind.WRONG
 
 
@@ -246,7 +246,7 @@ def test_numbers_that_no_impact_has_are_no_answers(value: float) -> None:
     found = Judges(Impulses()).convict(FLAT, answers)
     assert (found.kind, found.symptom) == (Kind.WRONG, NOT_A_NUMBER)
     screening = Judges(Impulses()).screen(FLAT.cell, FLAT.a[None], FLAT.b[None], FLAT.motion[None], answers)  # type: ignore[index]
-    assert screening.symptom == [NOT_A_NUMBER]
+    assert list(screening.symptom) == [NOT_A_NUMBER]
 
 
 @pytest.mark.parametrize(("status", "symptom"), [(Status.CRASHED, CRASHED), (Status.TIMED_OUT, TIMED_OUT)])

@@ -37,7 +37,7 @@ COLUMNS_OF[CONTACTS] = COLUMNS_OF[DISTANCE] | {"hit"}
 
 def spec(engine: type[Engine]) -> str:
     """Name of one of these engines for `load_engine` and `EngineWorker`."""
-    return f"{__name__}:{engine.__name__}"
+    return f"{engine.__module__}:{engine.__name__}"
 
 
 class Honest(Engine):
