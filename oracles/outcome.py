@@ -244,6 +244,7 @@ class Outcome:
     counts: Counter[CountKey] = field(default_factory=Counter)
     findings: list[Finding] = field(default_factory=list)
     counted: dict[CountedKey, tuple[int, float]] = field(default_factory=dict)
+    relations: Counter[RelationKey] = field(default_factory=Counter)
     hunters: Counter[str] = field(default_factory=Counter)
     timing: dict[str, float] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
