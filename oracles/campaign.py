@@ -107,7 +107,7 @@ class Campaign:
         """Shrink the witnesses, so that findings with one cause come together."""
         self.enough = None
         groups = self.filing.buckets.to_shrink()
-        self._do((ShrinkTask(group) for group in groups), until=self.run.budget + PATIENCE)
+        self._do((ShrinkTask(group) for group in groups), until=max(self.run.budget, self.elapsed) + PATIENCE)
         while self.flying:
             self._land()
         left = len(self.filing.buckets.to_shrink())
@@ -266,9 +266,8 @@ def run_campaign(
             shop.rest()
         known = (ledger if ledger is not None else Ledger.load()).at(run.engine_versions)
         store = None if folder is None else opening.store_of(folder, shop, run, wanted, passes, resume=resume)
-        campaign = Campaign(
-            shop, run, wanted, passes, listener, Filing(run, Buckets(known)), executor, room(executor), store
-        )
+        filing = Filing(run, Buckets(known))
+        campaign = Campaign(shop, run, wanted, passes, listener, filing, executor, room(executor), enough, store)
         if listener is not None:
             listener.started(run.engines, len(run.support))
         _survive(campaign)

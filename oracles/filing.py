@@ -41,7 +41,7 @@ class Filing:
         self.digests[task.name] = outcome.digest
         run.counts.update(outcome.counts)
         run.hunters.update(outcome.hunters)
-        run.problems += outcome.problems
+        run.problems += [problem for problem in outcome.problems if problem not in run.problems]
         run.incidents += outcome.incidents
         self.lacking |= outcome.lacking
         for what, spent in (*outcome.timing.items(), *watch.taken().items()):

@@ -270,7 +270,8 @@ def test_folders_without_a_record_are_refused_in_one_line(tmp_path: Path, conten
 
 
 def test_an_outcome_keeps_what_json_has_no_word_for() -> None:
-    odd = Outcome(counted={("a", "b", "c", "d", None, "e"): (2, float("inf"))}, digest="x")
+    odd = Outcome(counted={("a", "b", "c", "d", None, "e"): (2, float("inf"))}, digest="x", lacking={"hull"})
+    odd.incidents["the process was started again"] += 2
     odd.counts["refimpl", "distance", "A–B", "r", Kind.AGREES] = 3
     assert outcome_from_json(json.loads(json.dumps(outcome_to_json(odd)))) == odd
 
