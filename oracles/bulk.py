@@ -23,12 +23,13 @@ from oracles.sheets import Sheet
 from oracles.words import decade_of
 from refimpl.pairs import TABLE
 
-SEARCHED = 6
-"""Pairs that need a search, corners or pieces get so many times fewer scenes than pairs with a closed form."""
+QUICK, SEARCHED = 8, 6
+"""Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
+fewer: drawing and judging cost by the batch rather than by the scene."""
 STEPPED = 3
 """Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
 AUDITED = 4
-"""One regime in so many is audited, where a proof is no closed form."""
+"""One regime in so many is audited in a task, in turn: a proof costs as much as a hundred answers."""
 GIVE_UP_AFTER = 1
 
 
@@ -36,19 +37,21 @@ GIVE_UP_AFTER = 1
 class Proofs:
     """Which suspects of a task are proven one by one: proofs cost milliseconds, of searches a hundred.
 
-    Of findings that look alike the first few are, in each regime where proofs are quick; the rest is counted.
+    Of findings that look alike the first are: of each decade of the error, and of each regime where proofs are quick.
+    The rest is counted.
     """
 
-    per_regime: int = 1
-    of_searched: int = 2
+    alike: int = 2
     _tried: Counter[tuple[object, ...]] = field(default_factory=Counter)
 
     def wanted(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
         quick = is_quick(cell.type_a, cell.type_b) and cell.query != IMPACT
-        key = (engine, cell, symptom, decade, regime if quick else "")
-        self._tried[key] += 1
-        return self._tried[key] <= (self.per_regime if quick else self.of_searched)
+        kinds = [(engine, cell, symptom, decade), *([(engine, cell, symptom, regime)] if quick else [])]
+        new = any(self._tried[kind] < self.alike for kind in kinds)
+        if new:
+            self._tried.update(kinds)
+        return new
 
 
 @dataclass
@@ -76,7 +79,7 @@ class _Bulk:
         shard = self.number, list(TABLE).index(self.pair)  # the same scenes whatever pairs are asked for
         seed = self.shop.setup.seed
         with timed("scenes"):
-            many = self.each if is_quick(*self.pair) else max(1, self.each // SEARCHED)
+            many = self.each * QUICK if is_quick(*self.pair) else max(1, self.each // SEARCHED)
             batches = Batch.draw(self.pair, seed, shard, many) if self.shop.at_rest else []
             if IMPACT in asked:
                 batches += Batch.draw_impacts(self.pair, seed, shard, max(1, self.each // STEPPED))
@@ -131,11 +134,10 @@ class _Bulk:
         return verdict.kind
 
     def audit(self, batch: Batch) -> None:
-        """Prove the reference's own answer on one scene of each regime, or of some in turn where proofs take time."""
+        """Prove the reference's own answer on one scene of each regime whose turn it is."""
         first = np.unique(batch.groups, return_index=True)[1]
-        if batch.motion is not None or not is_quick(*self.pair):
-            turn = self.number + list(TABLE).index(self.pair)
-            first = first[batch.groups[first] % AUDITED == turn % AUDITED]
+        turn = self.number + list(TABLE).index(self.pair)
+        first = first[batch.groups[first] % AUDITED == turn % AUDITED]
         query = next(q for q in (RAYCAST, DISTANCE, IMPACT) if batch.is_of(q))
         with timed("audit"):
             for i in first:
