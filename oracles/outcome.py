@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from oracles.scene import Scene
 from refimpl.proof import Certificate
 from refimpl.proof.impacts import ImpactCertificate
+
+if TYPE_CHECKING:
+    from oracles.sheets import Sheet
 
 
 class Kind(StrEnum):
@@ -18,6 +22,8 @@ class Kind(StrEnum):
     CONVENTION = "convention"
     """Right on the shape that the engine effectively uses, or by a documented convention."""
     WRONG = "wrong"
+    INCONSISTENT = "inconsistent"
+    """Two answers of the engine contradict each other; the second is to a scene made from the first."""
     CRASHED = "crashed"
     """The engine's process ended, or the engine raised an error."""
     TIMED_OUT = "timed out"
@@ -31,11 +37,14 @@ class Kind(StrEnum):
 
 
 ANSWERED = (Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.UNDECIDED)
-FINDINGS = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
+FINDINGS = (Kind.WRONG, Kind.INCONSISTENT, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
+SUSPECT = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT)
+"""What a screening may say of an answer that is then weighed alone."""
 COMPARED = (
     Kind.AGREES,
     Kind.CONVENTION,
     Kind.WRONG,
+    Kind.INCONSISTENT,
     Kind.UNDECIDED,
     Kind.CRASHED,
     Kind.TIMED_OUT,
@@ -100,6 +109,21 @@ class Verdict:
 
 
 @dataclass(frozen=True)
+class Related:
+    """The other scene of a relation that an engine broke, with its answer.
+
+    Attributes
+    ----------
+    relation
+        Name, as in `oracles.relations`.
+    """
+
+    relation: str
+    scene: Scene
+    answer: dict[str, object]
+
+
+@dataclass(frozen=True)
 class Finding:
     """A scene on which an engine failed, with its answer and the verdict.
 
@@ -109,6 +133,8 @@ class Finding:
         What the engine said: field name to numbers, only what it said.
     reference
         What `refimpl` says, in the same form.
+    related
+        What contradicts the answer, where that is the finding.
     """
 
     engine: str
@@ -118,6 +144,9 @@ class Finding:
     verdict: Verdict
     text: str = ""
     """The engine's error text or exit signal, where there is one."""
+    repeats: bool = True
+    """Whether the engine fails again when asked again; found out when the finding is shrunk."""
+    related: Related | None = None
 
 
 @dataclass
@@ -128,6 +157,8 @@ class Bucket:
     query: str
     pair: str
     symptom: str
+    degeneracy: str
+    """What is special about the geometry of the witness: see `oracles.degeneracy`."""
     decade: int | None
     """Decade of the error relative to the scene's size; None for answers that are wrong without an amount."""
     witness: Finding
@@ -146,8 +177,8 @@ class Bucket:
 
     @property
     def key(self) -> str:
-        """Readable, stable name: engine, query, pair, symptom, decade."""
-        parts = [self.engine, self.query, self.pair, self.symptom]
+        """Readable, stable name: engine, query, pair, symptom, degeneracy, decade."""
+        parts = [self.engine, self.query, self.pair, self.symptom, self.degeneracy]
         if self.decade is not None:
             parts.append(f"1e{self.decade:+d}")
         return " · ".join(parts)
@@ -177,8 +208,56 @@ class EntryNote:
     file: str = ""
 
 
+BucketKey = tuple[str, str, str, str, str, int | None]
+"""engine, query, pair, symptom, degeneracy, decade"""
+
 CountKey = tuple[str, str, str, str, Kind]
 """engine, query, pair, regime, verdict"""
+
+RelationKey = tuple[str, str, str, Kind]
+"""engine, relation, query, verdict on the two answers"""
+
+
+CountedKey = tuple[str, str, str, str, int | None, str]
+"""engine, query, pair, symptom, decade, regime"""
+
+
+@dataclass
+class Outcome:
+    """What a task brings home.
+
+    Attributes
+    ----------
+    findings
+        Proven one by one.
+    counted
+        Findings of the float screening, beyond doubt but not proven one by one: how many, and the worst amount.
+        They belong to the bucket of the proven ones that they are most like.
+    incidents
+        What happened to the engines' processes though nothing was lost, in sentences, and how often.
+    lacking
+        Forms that the library of models does not have.
+    digest
+        Of every answer, to the bit.
+    """
+
+    counts: Counter[CountKey] = field(default_factory=Counter)
+    findings: list[Finding] = field(default_factory=list)
+    counted: dict[CountedKey, tuple[int, float]] = field(default_factory=dict)
+    hunters: Counter[str] = field(default_factory=Counter)
+    timing: dict[str, float] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    lacking: set[str] = field(default_factory=set)
+    incidents: Counter[str] = field(default_factory=Counter)
+    """What happened to the engines' processes, in sentences."""
+    digest: str = ""
+    sheets: list[Sheet] = field(default_factory=list)
+    """Each answer, for the record; not there in an outcome that was recalled."""
+
+    def count(self, key: CountedKey, amount: float) -> None:
+        """Add one finding that is not proven."""
+        number, worst = self.counted.get(key, (0, 0.0))
+        self.counted[key] = number + 1, max(worst, amount)
 
 
 @dataclass(frozen=True)
@@ -209,17 +288,25 @@ class Run:
     """(engine, query, pair) to note, for every cell."""
     buckets: list[Bucket] = field(default_factory=list)
     """Worst severity first."""
+    relations: Counter[RelationKey] = field(default_factory=Counter)
+    """Pairs of scenes of which one was made from the other."""
     ledger: list[EntryNote] = field(default_factory=list)
     """The entries of the ledger for these engines."""
     hunters: Counter[str] = field(default_factory=Counter)
     """Scenes that each hunter has put before an engine: "replay", "bulk" and "hypothesis"."""
     timing: dict[str, float] = field(default_factory=dict)
-    """Seconds spent on scenes, each engine, reference, judge, proofs, shrinking."""
+    """Seconds spent on scenes, each engine, the reference, judge, proofs, hunts, store: of all workers together."""
     interrupted: bool = False
+    digest: str = ""
+    """Of every answer, to the bit: the same for the same work, whatever has done it."""
+    recalled: int = 0
+    """Tasks whose outcomes come from the record of an earlier run."""
     models: list[str] = field(default_factory=list)
     """Where the regime `models` took its geometry from, and then each file that could not be used, with the reason."""
     problems: list[str] = field(default_factory=list)
     """Sentences on whatever makes this run incomplete: supported cells with nothing compared, lost workers."""
+    incidents: Counter[str] = field(default_factory=Counter)
+    """Sentences on what happened to the engines' processes though nothing was lost by it, and how often."""
 
     def total(
         self,

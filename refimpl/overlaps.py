@@ -42,7 +42,13 @@ class Overlaps:
 def resolve(a: Proxy, b: Proxy) -> Overlaps:
     """Answer for two batches of proxies with one axis, of which one at least holds unions."""
     known = _by_surface(a, b)
-    return _by_atoms(a, b) if known is None else Overlaps(*known)
+    return _by_atoms(a, b, _by_pieces_and_balls) if known is None else Overlaps(*known)
+
+
+def separate(a: Proxy, b: Proxy) -> Separation:
+    """Give the same without looking for greater lower bounds."""
+    known = _by_surface(a, b)
+    return (_by_atoms(a, b, _by_pieces) if known is None else Overlaps(*known)).separation
 
 
 def _completed(
@@ -77,29 +83,39 @@ def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Array] | None:
     return None
 
 
-def _by_atoms(a: Proxy, b: Proxy) -> Overlaps:
+def _by_atoms(a: Proxy, b: Proxy, by_pieces: Callable[[Proxy, Proxy], Overlaps]) -> Overlaps:
     """Nearest atoms; where some overlap, a way out."""
     if not len(a) or not has_large_mesh(a, b):
-        return _by_pieces(a, b)
+        return by_pieces(a, b)
     known, apart = surfaces_apart(a, b)
-    return _completed(known, apart, a, b, _by_pieces)
+    return _completed(known, apart, a, b, by_pieces)
 
 
 def _by_pieces(a: Proxy, b: Proxy) -> Overlaps:
+    return _searched(a, b)[0]
+
+
+def _searched(a: Proxy, b: Proxy) -> tuple[Overlaps, Array]:
+    """What pairs of atoms tell, and a point of each deepest overlap."""
     found = [there.separations() for there in scenes(a, b)]
     columns = [[getattr(part, name) for part, _, _ in found] for name in ("distance", "on_a", "on_b", "normal")]
-    separation = Separation(*map(np.concatenate, columns))
-    lower = np.concatenate([part for _, part, _ in found])
+    lower, middle = (np.concatenate([part[i] for part in found]) for i in (1, 2))
+    return Overlaps(Separation(*map(np.concatenate, columns)), lower), middle
+
+
+def _by_pieces_and_balls(a: Proxy, b: Proxy) -> Overlaps:
+    """The same, with lower bounds by balls where these are greater."""
+    found, middle = _searched(a, b)
     if are_cut(a, b):
-        depth = np.maximum(0.0, -separation.distance)
+        lower, depth = found.lower, np.maximum(0.0, -found.separation.distance)
         rows = np.flatnonzero(depth > lower)
         x, y = a[rows], b[rows]
         some = depth[rows] > lower[rows] + 2.0 * ROUNDING * np.maximum(x.magnitude, y.magnitude)
         rows, x, y = rows[some], x[some], y[some]
         if len(rows):
-            middle = np.concatenate([part for _, _, part in found])[rows]
-            lower[rows] = np.minimum(depth[rows], np.maximum(lower[rows], depth_of_balls(x, y, middle)))
-    return Overlaps(separation, lower)
+            balls = depth_of_balls(x, y, middle[rows])
+            lower[rows] = np.minimum(depth[rows], np.maximum(lower[rows], balls))
+    return found
 
 
 def meet(a: Proxy, b: Proxy) -> Bools:

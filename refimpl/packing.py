@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from threading import RLock
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from refimpl.kernels.boxes import SEGMENT, TURNED
 from refimpl.kernels.polytopes import FACTOR
 from refimpl.kernels.polytopes_batch import MIDDLE, POINT, POWER
 from refimpl.kernels.scaling import NOTHING
-from refimpl.linear import Array, apply, rotation_matrix
+from refimpl.linear import Array, apply, rotation_matrix, scale
 from refimpl.proxy import Proxy
 from refimpl.shapes import (
     AABB,
@@ -40,6 +41,8 @@ from refimpl.solids import Solid
 
 REMEMBERED = 64
 """Meshes, and combinations of tables, whose rows are kept."""
+K = TypeVar("K", bound=Hashable)
+V = TypeVar("V")
 NINE = slice(atoms.MATRIX, FACTOR)
 THREE = slice(atoms.SIZES, atoms.RADIUS)
 
@@ -166,40 +169,48 @@ def _put_pieces(mesh: Polyhedron, exponent: NDArray[np.int64], rows: Array) -> A
     matrix = rotation_matrix(mesh.rotation)
     power = powers - exponent[:, None]
     position = np.ldexp(mesh.position, -exponent[:, None])
-    rows[..., :3] = position[:, None] + apply(matrix[:, None], np.ldexp(middles, power[..., None]))
+    factor = np.ldexp(1.0, power)
+    rows[..., :3] = position[:, None] + apply(matrix[:, None], scale(factor, middles))
     rows[..., NINE] = matrix.reshape(-1, 1, 9)
-    rows[..., FACTOR], rows[..., atoms.KIND] = np.ldexp(1.0, power), atoms.HULL
+    rows[..., FACTOR], rows[..., atoms.KIND] = factor, atoms.HULL
     rows[..., atoms.SHAPE] = np.arange(len(middles))
     return table
 
 
 _PIECES: dict[str, tuple[Array, Array, NDArray[np.int64]]] = {}
 _STACKED: dict[tuple[int, ...], tuple[Sequence[Array], Array]] = {}
+_one_at_a_time = RLock()
+
+
+def _kept(store: dict[K, V], key: K, make: Callable[[], V]) -> V:
+    """What is stored under a key; made if it is not there, and the oldest of many forgotten."""
+    with _one_at_a_time:
+        if key not in store:
+            store[key] = make()
+            while len(store) > REMEMBERED:
+                del store[next(iter(store))]
+        return store[key]
 
 
 def _piece_rows(solid: Solid) -> tuple[Array, Array, NDArray[np.int64]]:
     """Geometries of the convex pieces of a mesh, in their order, where their origins lie in its frame, their scales."""
-    if solid.digest not in _PIECES:
+
+    def made() -> tuple[Array, Array, NDArray[np.int64]]:
         batches = piece_atoms(solid)
         found = [table_of(batch.proxies.derived()) for batch in batches]
         order = np.argsort(np.concatenate([batch.numbers for batch in batches]))
         middles, powers = _scales(np.concatenate([notes for _, notes in found])[order])
-        _PIECES[solid.digest] = _filled([rows for rows, _ in found])[order], middles, powers
-        while len(_PIECES) > REMEMBERED:
-            del _PIECES[next(iter(_PIECES))]
-    return _PIECES[solid.digest]
+        return _filled([rows for rows, _ in found])[order], middles, powers
+
+    return _kept(_PIECES, solid.digest, made)
 
 
 def _stacked(tables: Sequence[Array]) -> Array:
     """Tables of geometries one after the other; kept, for batches of the same geometries are asked again."""
     if len(tables) < 2:
         return tables[0] if tables else np.zeros((1, 1))
-    key = tuple(map(id, tables))
-    if key not in _STACKED:
-        _STACKED[key] = tables, _filled(tables)  # the tables too, so that no other one gets their ids
-        while len(_STACKED) > REMEMBERED:
-            del _STACKED[next(iter(_STACKED))]
-    return _STACKED[key][1]
+    # the tables too are kept, so that no other one gets their ids
+    return _kept(_STACKED, tuple(map(id, tables)), lambda: (tables, _filled(tables)))[1]
 
 
 def _filled(tables: Sequence[Array]) -> Array:

@@ -8,7 +8,7 @@ neither overflow nor vanish.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any, TypeVar
 
 import numpy as np
@@ -16,15 +16,17 @@ from numpy.typing import NDArray
 
 from refimpl.compiling import batch_of
 from refimpl.linear import Array, Bools, as_floats, largest, power_of_two, scale
-from refimpl.pairs import TABLE, Rule
+from refimpl.pairs import CLOSED, TABLE, Rule
 from refimpl.results import CollisionData, RayHit, Separation, where
 from refimpl.shapes import Composite, Polyhedron, Proxy, Ray, ShapeError, UnsupportedOperation
 from refimpl.shapes.polytope import Polytope
+from refimpl.threads import in_threads, shares
 
 CHUNK = 1024
 UNIONS = (Composite, Polyhedron)
 
 P = TypeVar("P", bound=Proxy)
+R = TypeVar("R")
 Columns = tuple[NDArray[Any], ...]
 
 
@@ -47,15 +49,13 @@ def intersect(a: Proxy, b: Proxy) -> Bools:
     """
     rule, swapped = _rule(a, b, "intersect")
     x, y, batch = _flat(*((b, a) if swapped else (a, b)))
-    found = []
-    with batch_of(len(x)):
-        for u, v, _ in _chunks(x, y, rule.whole and rule.meets is None):
-            if isinstance(u, Ray):
-                found.append(np.isfinite(rule.function(u, v)[0]))
-            elif rule.meets is None:
-                found.append(_ordered(rule, u, v)[0] <= 0)
-            else:
-                found.append(_meets(rule.meets, u, v))
+
+    def met(u: Proxy, v: Proxy, _: Array) -> Bools:
+        if isinstance(u, Ray):
+            return np.asarray(np.isfinite(rule.function(u, v)[0]))
+        return _ordered(rule, u, v, False)[0] <= 0 if rule.meets is None else _meets(rule.meets, u, v)
+
+    found = _in_parts(rule, x, y, rule.whole and rule.meets is None, met)
     return np.concatenate(found).reshape(batch)[()]
 
 
@@ -80,7 +80,7 @@ def distance(a: Proxy, b: Proxy) -> Separation:
     UnsupportedOperation
         For a ray (use `raycast`), and for two points or rays.
     """
-    return _bounded_distance(a, b, "distance")[0]
+    return _found(a, b, "distance", False)[0]
 
 
 @np.errstate(under="ignore")
@@ -101,7 +101,7 @@ def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any =
     wa, wb = _inverse_mass("inverse_mass_a", inverse_mass_a), _inverse_mass("inverse_mass_b", inverse_mass_b)
     if np.any((wa == 0) & (wb == 0)):
         raise ValueError("inverse_mass_a and inverse_mass_b are both 0: two immovable bodies cannot be moved apart")
-    found, least = _bounded_distance(a, b, "collide")
+    found, least = _found(a, b, "collide", True)
     hit = found.distance <= 0
     depth = np.where(hit, 0.0 - found.distance, 0.0)
     heavier = np.maximum(wa, wb)
@@ -134,13 +134,13 @@ def raycast(ray: Ray, b: Proxy) -> RayHit:
     x, y, batch = _flat(*((b, ray) if swapped else (ray, b)))
     if not isinstance(x, Ray):
         raise UnsupportedOperation(f"raycast needs a Ray and a solid, got {type(ray).__name__} and {type(b).__name__}")
-    parts = []
-    with batch_of(len(x)):
-        for u, v, exponent in _chunks(x, y, rule.whole):
-            t, normal = rule.function(u, v)
-            with np.errstate(over="ignore"):
-                point = u.at(np.where(np.isfinite(t), t, 0.0))
-            parts.append((t, point, normal, exponent))
+
+    def hit_at(u: Ray, v: Proxy, exponent: Array) -> Columns:
+        t, normal = rule.function(u, v)
+        with np.errstate(over="ignore"):
+            return t, u.at(np.where(np.isfinite(t), t, 0.0)), normal, exponent
+
+    parts = _in_parts(rule, x, y, rule.whole, hit_at)
     t, point, normal, exponent = (np.concatenate(column) for column in zip(*parts, strict=True))
     hit = np.isfinite(t)
     with np.errstate(over="ignore"):  # a time or place that no double can hold becomes infinite
@@ -165,23 +165,35 @@ def _rule(a: Proxy, b: Proxy, query: str) -> tuple[Rule, bool]:
     )
 
 
-def _bounded_distance(a: Proxy, b: Proxy, query: str) -> tuple[Separation, Array]:
-    """Signed distance, and a length below which no translation separates."""
+def _found(a: Proxy, b: Proxy, query: str, bounded: bool) -> tuple[Separation, Array]:
+    """Signed distance; and a length below which no translation separates, which means nothing unless `bounded`."""
     rule, swapped = _rule(a, b, query)
     x, y, batch = _flat(*((b, a) if swapped else (a, b)))
     if isinstance(x, Ray):
         raise UnsupportedOperation(
             f"a Ray has no distance from a {type(y).__name__}: use raycast, or a Capsule of radius 0"
         )
-    parts = []
-    with batch_of(len(x)):
-        for u, v, exponent in _chunks(x, y, rule.whole):
-            parts.append(_scaled_back(_ordered(rule, u, v), exponent))
+
+    def answered(u: Proxy, v: Proxy, exponent: Array) -> Columns:
+        return _scaled_back(_ordered(rule, u, v, bounded), exponent)
+
+    parts = _in_parts(rule, x, y, rule.whole, answered)
     *columns, least = (
         np.concatenate(column).reshape((*batch, *column[0].shape[1:]))[()] for column in zip(*parts, strict=True)
     )
     found = Separation(*columns)
     return found.flipped() if swapped else found, least
+
+
+def _in_parts(rule: Rule, x: P, y: Proxy, whole: bool, answer: Callable[[P, Proxy, Array], R]) -> list[R]:
+    """What is answered for the chunks of a batch, in their order; by several threads where a search takes the time."""
+
+    def answered(some: slice) -> list[R]:
+        return [answer(u, v, exponent) for u, v, exponent in _chunks(x[some], y[some], whole)]
+
+    with batch_of(len(x)):
+        found = in_threads(answered, [slice(None)] if rule.exactness == CLOSED else shares(len(x)))
+    return list(chain.from_iterable(found))
 
 
 def _meets(meets: Callable[[Any, Any], Bools], x: Proxy, y: Proxy) -> Bools:
@@ -231,19 +243,19 @@ def _chunks(x: P, y: Proxy, whole: bool) -> Iterator[tuple[P, Proxy, Array]]:
         yield u.times_power(-exponent), v.times_power(-exponent), exponent
 
 
-def _ordered(rule: Rule, x: Proxy, y: Proxy) -> Columns:
+def _ordered(rule: Rule, x: Proxy, y: Proxy, bounded: bool) -> Columns:
     """Apply a rule; two proxies of one type are first put in a canonical order, so that both orders agree."""
     if type(x) is not type(y) or rule.symmetric:
-        return _columns(rule, x, y)
+        return _columns(rule, x, y, bounded)
     later = _later(x, y)
-    distance, on_x, on_y, normal, least = _by_order(later, lambda u, v: _columns(rule, u, v), x, y)
+    distance, on_x, on_y, normal, least = _by_order(later, lambda u, v: _columns(rule, u, v, bounded), x, y)
     on_a, on_b = where(later, on_y, on_x), where(later, on_x, on_y)
     return distance, on_a, on_b, where(later, -normal, normal), least
 
 
-def _columns(rule: Rule, x: Proxy, y: Proxy) -> Columns:
-    """What a rule answers: distance, witness points, normal, and the least length of a way out."""
-    if rule.bounds is not None:
+def _columns(rule: Rule, x: Proxy, y: Proxy, bounded: bool) -> Columns:
+    """What a rule answers: distance, witness points, normal, and, if `bounded`, the least length of a way out."""
+    if bounded and rule.bounds is not None:
         found, least = rule.bounds(x, y)
     else:
         found = rule.function(x, y)

@@ -45,6 +45,10 @@ WORDS = (
     ("STALE", "an entry whose witnesses all pass now: it is to be taken out"),
     ("UNMATCHED", "an entry of which this run saw nothing, for the reason named"),
     (
+        "touching, parallel, tiny ... in a bucket's name",
+        "what is special about its scene's geometry; generic, where nothing is",
+    ),
+    (
         "1e-3 in a bucket's name",
         "the decade of the error, relative to the scene's largest coordinate, extent or velocity",
     ),

@@ -259,6 +259,7 @@ def _clause(engine: str, verdicts: Counter[Kind]) -> str:
 def warnings(run: Run) -> list[str]:
     """Sentences that a reader must see before anything else."""
     found = ["The run was interrupted: this is what it had until then."] if run.interrupted else []
-    found += [text.visible(problem, limit=1000) for problem in run.problems[:MOST_WARNINGS]]
-    more = len(run.problems) - MOST_WARNINGS
+    told = [*run.problems, *(f"{what} ({text.plural(n, 'time')})" for what, n in run.incidents.most_common())]
+    found += [text.visible(problem, limit=1000) for problem in told[:MOST_WARNINGS]]
+    more = len(told) - MOST_WARNINGS
     return [*found, f"… and {text.count(more)} more such problems: run.json has them all."] if more > 0 else found

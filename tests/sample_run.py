@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 
+from oracles.degeneracy import degeneracy
 from oracles.impact_judge import certificate_of
 from oracles.impact_laws import ANGULAR
 from oracles.outcome import Bucket, EntryNote, Finding, Kind, Run, Severity, State, SupportNote, Verdict
@@ -144,7 +145,9 @@ def bucket(engine: str, scene: Scene, verdict: Verdict, regimes: dict[str, int],
         "regimes": Counter(regimes),
         "repro": SCRIPT,
     }
-    return Bucket(engine, scene.query, scene.cell.pair, verdict.symptom, decade, finding, **{**own, **more})
+    return Bucket(
+        engine, scene.query, scene.cell.pair, verdict.symptom, degeneracy(scene), decade, finding, **{**own, **more}
+    )
 
 
 def proven(scene: Scene) -> tuple[float, float, Certificate]:

@@ -246,7 +246,7 @@ def test_help_is_short(arguments: list[str], capsys: pytest.CaptureFixture[str])
     printed = capsys.readouterr()
     assert printed.err == ""
     assert "Usage: proxyproof" in printed.out
-    assert len(printed.out.splitlines()) < 30
+    assert len(printed.out.splitlines()) < 45
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -38,7 +38,7 @@ def test_a_pair_of_atoms_is_answered_as_by_the_table(kind_a, kind_b):
     wanted = distance(a, b.translated(moves))
     for row in range(6):
         scene, unit = scene_of(Composite([a]), Composite([b]), row)
-        sigma, n, x, y = atom_pairs.answer(scene, 0, 0, tuple(moves[row] / unit))
+        sigma, n, x, y = atom_pairs.answer(scene, 0, 0, tuple(moves[row] / unit), (0.0, 0.0, 0.0))
         size = size_of(a, b)[row] + np.abs(moves[row]).max()
         if np.isinf(wanted.distance[row]):
             assert sigma == wanted.distance[row]
@@ -56,7 +56,7 @@ def test_bounds_are_below_the_distance_and_close(kind_a, kind_b):
     for row in range(6):
         scene, _ = scene_of(Composite([a]), Composite([b]), row)
         for move in rng.normal(size=(4, 3)).tolist():
-            sigma, n, _, _ = atom_pairs.answer(scene, 0, 0, tuple(move))
+            sigma, n, _, _ = atom_pairs.answer(scene, 0, 0, tuple(move), (0.0, 0.0, 0.0))
             assert nearby.box_gap(scene, 0, 0, tuple(move)) <= max(sigma, 0.0)
             for way in rng.normal(size=(4, 3)):
                 unit = tuple((way / np.linalg.norm(way)).tolist())
@@ -69,12 +69,12 @@ def test_half_spaces_that_face_are_told_from_those_that_nearly_do():
     slab = Composite([HalfSpace([1, 2, 3], 1.0), HalfSpace([-1, -2, -3], 4.0)])
     facing, nearly = HalfSpace([-2, -4, -6], 12.0), HalfSpace([-2, -4, np.nextafter(-6, 0)], 12.0)
     scene, unit = scene_of(slab.broadcast_to((1,)), Composite([facing]).broadcast_to((1,)))
-    sigma, n, _, _ = atom_pairs.answer(scene, 0, 0, (0.0, 0.0, 0.0))
+    sigma, n, _, _ = atom_pairs.answer(scene, 0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert unit * sigma == pytest.approx(7 / np.sqrt(14), abs=1e-14)
     assert np.allclose(n, np.array([1, 2, 3]) / np.sqrt(14), atol=1e-15)
-    assert atom_pairs.answer(scene, 1, 0, (0.0, 0.0, 0.0))[0] == -np.inf
+    assert atom_pairs.answer(scene, 1, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))[0] == -np.inf
     scene, _ = scene_of(slab.broadcast_to((1,)), Composite([nearly]).broadcast_to((1,)))
-    assert atom_pairs.answer(scene, 0, 0, (0.0, 0.0, 0.0))[0] == -np.inf
+    assert atom_pairs.answer(scene, 0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))[0] == -np.inf
 
 
 def many(rng, count, kinds=(Sphere,)):

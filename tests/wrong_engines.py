@@ -37,7 +37,7 @@ COLUMNS_OF[CONTACTS] = COLUMNS_OF[DISTANCE] | {"hit"}
 
 def spec(engine: type[Engine]) -> str:
     """Name of one of these engines for `load_engine` and `EngineWorker`."""
-    return f"{__name__}:{engine.__name__}"
+    return f"{engine.__module__}:{engine.__name__}"
 
 
 class Honest(Engine):
@@ -204,6 +204,14 @@ class Sleeping(Honest):
         return super().spoil(answer, row_a)
 
 
+class Slow(Honest):
+    """Takes ten seconds for any answer, and no processor time."""
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        time.sleep(10.0)
+        return super().spoil(answer, row_a)
+
+
 class Raising(Honest):
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
         if row_a[0] > 0:
@@ -228,6 +236,17 @@ class Counting(Honest):
 
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
         return lambda a, b: answer_row(distance=len(a), on_a=b[:3], on_b=b[:3], normal=b[:3])
+
+
+class Remembering(Honest):
+    """Answers how many scenes it was asked before."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        self.asked += 1
+        return super().spoil(answer | {"distance": self.asked - 1.0}, row_a)
 
 
 class Noisy(Honest):

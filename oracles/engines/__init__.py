@@ -89,7 +89,9 @@ def _given(engine: Engine, method: str, kind: Any, cell: Cell) -> Any:
     where = f"{type(engine).__name__}.{method}, asked about {cell.query} {cell.pair},"
     try:
         value = getattr(engine, method)(cell.query, cell.type_a, cell.type_b)
-    except Exception as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # an adapter that leaves is not to take a campaign with it
         raise EngineUnavailable(f"{where} raised {type(error).__name__}: {error}") from error
     if not isinstance(value, kind):
         raise EngineUnavailable(f"{where} must give a {kind.__name__}, got {value!r}")

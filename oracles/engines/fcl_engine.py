@@ -20,6 +20,8 @@ from collections.abc import Callable, Mapping
 from importlib import metadata
 from typing import Any, ClassVar
 
+import numpy as np
+
 from oracles.engine import (
     NATIVE,
     AnswerRow,
@@ -90,6 +92,7 @@ class FclEngine(Engine):
     """FCL: signed distance with nearest points, contacts of `collide`, overlap."""
 
     name: ClassVar[str] = "fcl"
+    thresholds: ClassVar[Mapping[str, float]] = {"tolerance of GJK and libccd": 1e-6}
 
     def versions(self) -> dict[str, str]:
         """Version of the binding, whose wheel contains the library."""
@@ -183,7 +186,7 @@ def _by_portal(A: Kind, B: Kind) -> bool:
 def _effective(kind: Kind, rows: Array) -> Effective:
     if kind is not Polyhedron:
         return Effective.exactly(kind, rows)
-    return Effective.exactly(Composite, geometry.surface(rows).pack())
+    return Effective.of(geometry.surface(rows), np.zeros(len(rows)))
 
 
 def _placed(query: str, kind: Kind, row: Row) -> list[Placed]:

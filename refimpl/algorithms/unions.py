@@ -6,7 +6,7 @@ One function serves them all, for a union is its convex atoms, whatever they are
 from __future__ import annotations
 
 from refimpl.linear import Array, Bools
-from refimpl.overlaps import meet, resolve
+from refimpl.overlaps import meet, resolve, separate
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
 
@@ -24,7 +24,7 @@ def union_pair(a: Proxy, b: Proxy) -> Separation:
         Solids or points, of which one at least is a `Polyhedron` or a `Composite`. In their own units: what is kept
         of a mesh belongs to its numbers.
     """
-    return resolve(a, b).separation
+    return separate(a, b)
 
 
 def unions_meet(a: Proxy, b: Proxy) -> Bools:

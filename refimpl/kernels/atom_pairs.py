@@ -106,7 +106,7 @@ def _line_geometry(atom: Row, row: Scratch) -> Row:
     return row
 
 
-@kernel
+@inlined
 def _geometry(atom: Row, shapes: Sequence[Row], box: Scratch, line: Scratch, point: Row) -> Row:
     """Geometry of a point, a segment, a box or a hull."""
     if atom[KIND] == HULL:
@@ -118,7 +118,13 @@ def _geometry(atom: Row, shapes: Sequence[Row], box: Scratch, line: Scratch, poi
 
 @inlined
 def _between_polytopes(
-    a: Row, shapes_a: Sequence[Row], b: Row, shapes_b: Sequence[Row], offset: Vector, work: Sequence[Scratch]
+    a: Row,
+    shapes_a: Sequence[Row],
+    b: Row,
+    shapes_b: Sequence[Row],
+    offset: Vector,
+    start: Vector,
+    work: Sequence[Scratch],
 ) -> Answer:
     """Points, segments, boxes and hulls."""
     pose = work[POSE_B]
@@ -129,7 +135,7 @@ def _between_polytopes(
     first = _geometry(a, shapes_a, work[GEOMETRY_A], work[LINE_A], work[DOT])
     second = _geometry(b, shapes_b, work[GEOMETRY_B], work[LINE_B], work[DOT])
     return separation_of_polytopes(
-        first, a, second, pose, work[PLACED_A], work[PLACED_B], work[SIMPLEX], work[LISTED_A], work[LISTED_B]
+        first, a, second, pose, start, work[PLACED_A], work[PLACED_B], work[SIMPLEX], work[LISTED_A], work[LISTED_B]
     )
 
 
@@ -176,6 +182,7 @@ def _between_cores(
     b: Row,
     shapes_b: Sequence[Row],
     offset: Vector,
+    start: Vector,
     work: Sequence[Scratch],
     whole: Sequence[MutableSequence[int]],
 ) -> Answer:
@@ -195,7 +202,7 @@ def _between_cores(
             work[FACE_B],
         )
     if b[KIND] == HULL:
-        return _between_polytopes(a, shapes_a, b, shapes_b, offset, work)
+        return _between_polytopes(a, shapes_a, b, shapes_b, offset, start, work)
     return _with_box(a, b, offset, work) if b[KIND] == BOX else _between_segments(a, b, offset)
 
 
@@ -227,9 +234,10 @@ def _with_half_space(scene: Scene, a: Row, b: Row, move: Vector) -> Answer:
 
 
 @kernel
-def answer(scene: Scene, i: int, j: int, move: Vector) -> Answer:
+def answer(scene: Scene, i: int, j: int, move: Vector, start: Vector) -> Answer:
     """Signed distance of atom `i` of A and atom `j` of B once B is moved; the normal; witness points.
 
+    A search begins with the direction `start`, or with that of the atoms' centres where `start` is zero.
     Minus infinity, with nothing else, for half-spaces that overlap without end.
     """
     a, b = scene.a[i], scene.b[j]
@@ -238,9 +246,11 @@ def answer(scene: Scene, i: int, j: int, move: Vector) -> Answer:
     base = origin(a)
     offset = plus(minus(origin(b), base), move)
     if a[KIND] <= b[KIND]:
-        sigma, n, x, y = _between_cores(a, scene.shapes_a, b, scene.shapes_b, offset, scene.work, scene.whole)
+        sigma, n, x, y = _between_cores(a, scene.shapes_a, b, scene.shapes_b, offset, start, scene.work, scene.whole)
     else:
-        sigma, n, y, x = _between_cores(b, scene.shapes_b, a, scene.shapes_a, opposite(offset), scene.work, scene.whole)
+        sigma, n, y, x = _between_cores(
+            b, scene.shapes_b, a, scene.shapes_a, opposite(offset), opposite(start), scene.work, scene.whole
+        )
         n, x, y = opposite(n), plus(x, offset), plus(y, offset)
     r, s = a[RADIUS], b[RADIUS]
     return sigma - (r + s), n, along(plus(base, x), r, n), along(plus(base, y), -s, n)

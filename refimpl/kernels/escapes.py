@@ -3,7 +3,7 @@
 No pair of atoms comes apart with less than its own depth, so the depth of the deepest pair is a lower bound. Where its
 own way frees all others too, nothing is left to do. Otherwise the search starts several times: from the tangent of
 the deepest pair, from those of all pairs that overlap, and along the directions in which the convex hulls part soonest.
-Each way that it finds is shortened, the shortest one once more.
+Each way that it finds is shortened by one step, the shortest one by several.
 """
 
 from __future__ import annotations
@@ -40,6 +40,8 @@ RESULT = 14
 and a point of the deepest overlap."""
 HULL_WAYS = 6
 """Of these directions, so many are tried: those along which the convex hulls part soonest."""
+DESCENTS = 4
+"""Steps of the last descent; on the way to it each takes one."""
 SLACK = 1.5
 """Ways that are longer than the shortest one by no more than this factor may become shorter by descent."""
 
@@ -76,7 +78,7 @@ def _tried(scene: Scene, search: Search, n: Vector, reach: float, limit: float, 
     way = pushed(scene, search, n, min(reach, limit), tolerance)
     if not way.found and reach < limit:
         way = ended(scene, search, times(reach, n), tolerance)  # hulls that part leave no doubt, but for rounding
-    return descended(scene, search, way, lower, tolerance)
+    return descended(scene, search, way, lower, tolerance, 1)
 
 
 @inlined
@@ -92,30 +94,28 @@ def _tried_all(scene: Scene, search: Search, way: Way, lower: float, tolerance: 
                 best = i
         way = shorter(way, _tried(scene, search, _around(best), search.reach[best], limit, lower, tolerance))
         search.reach[best] = math.inf
-    return descended(scene, search, way, lower, tolerance)
+    return descended(scene, search, way, lower, tolerance, DESCENTS)
 
 
 @inlined
-def escape(scene: Scene, search: Search, overlapping: int, lower: float, tolerance: float) -> Way:
+def escape(scene: Scene, search: Search, lower: float, tolerance: float) -> Way:
     """Find a short translation of B that frees it.
 
     Parameters
     ----------
     scene
-        With the answered pairs, of which the first `overlapping` ones do, the deepest first.
     search
-        With their tangents.
-    overlapping
+        With the tangents of the pairs that have been answered, the deepest first.
     lower
         No shorter translation frees: what comes as short as this is not shortened further.
     tolerance
         Depths that are rounding.
     """
-    way = freed_from_start(scene, search, 1, math.inf, tolerance)
+    way = freed_from_start(scene, search, True, tolerance)
     if long(way) > lower + 2.0 * tolerance:
-        other = freed_from_start(scene, search, overlapping, math.inf, tolerance)
+        other = freed_from_start(scene, search, False, tolerance)
         way = shorter(
-            descended(scene, search, other, lower, tolerance), descended(scene, search, way, lower, tolerance)
+            descended(scene, search, other, lower, tolerance, 1), descended(scene, search, way, lower, tolerance, 1)
         )
     if long(way) > lower + 2.0 * tolerance:
         way = _tried_all(scene, search, way, lower, tolerance)
@@ -123,7 +123,7 @@ def escape(scene: Scene, search: Search, overlapping: int, lower: float, toleran
 
 
 @inlined
-def way_out(scene: Scene, search: Search, overlapping: int, answered: int, tolerance: float, result: Scratch) -> bool:
+def way_out(scene: Scene, search: Search, answered: int, tolerance: float, result: Scratch) -> bool:
     """Write the answer for two unions that overlap, `RESULT` numbers; false where there is not enough room to find it.
 
     The signed distance is minus the length of a translation that frees, −inf where none was found.
@@ -135,7 +135,7 @@ def way_out(scene: Scene, search: Search, overlapping: int, answered: int, toler
     way = no_way()
     if lower < math.inf:
         _begin(scene, search, answered)
-        way = escape(scene, search, overlapping, lower, tolerance)
+        way = escape(scene, search, lower, tolerance)
     if not way.found:
         write(result, -math.inf, UNKNOWN, UNKNOWN, UNKNOWN)
         result[10] = lower

@@ -129,15 +129,34 @@ def prepare(scene: Scene) -> None:
 
 
 @kernel
+def _gap_on_axis(a: Row, at: int, b: Row, to: int, moved: float) -> float:
+    """Gap between two intervals, of which the second is moved; negative where they overlap."""
+    between = abs(a[at] - (b[to] + moved))
+    return between - (a[at + 3] + b[to + 3]) - SLACK * (between + abs(moved))
+
+
+@kernel
 def gap_of_boxes(a: Row, i: int, b: Row, j: int, move: Vector) -> float:
     """Distance of box `i` of one list and box `j` of another, moved; 0 where they meet."""
     square = 0.0
     for k in range(3):
-        between, moved = abs(a[6 * i + k] - (b[6 * j + k] + move[k])), abs(move[k])
-        gap = between - (a[6 * i + 3 + k] + b[6 * j + 3 + k]) - SLACK * (between + moved)
+        gap = _gap_on_axis(a, 6 * i + k, b, 6 * j + k, move[k])
         if gap > 0.0:
             square += gap * gap
     return math.sqrt(square) if square > 0.0 else 0.0
+
+
+@kernel
+def _are_near(a: Row, i: int, b: Row, j: int, move: Vector, within: float) -> bool:
+    """Whether that distance is no more than `within`; mostly one axis tells that it is."""
+    square = 0.0
+    for k in range(3):
+        gap = _gap_on_axis(a, 6 * i + k, b, 6 * j + k, move[k])
+        if gap > within:
+            return False
+        if gap > 0.0:
+            square += gap * gap
+    return square == 0.0 or math.sqrt(square) <= within
 
 
 @kernel
@@ -156,7 +175,7 @@ def _near_items(
     i, j = i - last_a, j - last_b
     for p in range(len(scene.a) * i // last_a, len(scene.a) * (i + 1) // last_a):
         for q in range(across * j // last_b, across * (j + 1) // last_b):
-            if gap_of_boxes(boxes_a, p, boxes_b, q, move) <= within:
+            if _are_near(boxes_a, p, boxes_b, q, move, within):
                 if count < len(listed):
                     listed[count] = p * across + q
                 count += 1
@@ -171,7 +190,7 @@ def _near_by_nodes(scene: Scene, move: Vector, within: float, listed: MutableSeq
     while waiting > 0:
         waiting -= 2
         i, j = stack[waiting], stack[waiting + 1]
-        if gap_of_boxes(nodes_a, i, nodes_b, j, move) > within:
+        if not _are_near(nodes_a, i, nodes_b, j, move, within):
             continue
         if i >= last_a and j >= last_b:
             count = _near_items(scene, i, j, move, within, listed, count)
@@ -194,11 +213,12 @@ def near(scene: Scene, move: Vector, within: float, listed: MutableSequence[int]
     if len(scene.a) * across > FEW:
         return _near_by_nodes(scene, move, within, listed)
     a, b = scene.work[BOXES_A], scene.work[BOXES_B]
-    for key in range(len(scene.a) * across):
-        if gap_of_boxes(a, key // across, b, key % across, move) <= within:
-            if count < len(listed):
-                listed[count] = key
-            count += 1
+    for i in range(len(scene.a)):
+        for j in range(across):
+            if _are_near(a, i, b, j, move, within):
+                if count < len(listed):
+                    listed[count] = i * across + j
+                count += 1
     return count
 
 

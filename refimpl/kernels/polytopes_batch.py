@@ -15,7 +15,7 @@ from .axes import three
 from .boxes import SEGMENT, TURNED, axes_of
 from .gjk import store
 from .polytopes import DIRECTION, FACE, FACTOR, FIRST, OFFSET, Row, Scratch, first_edge, first_face
-from .polytopes_pair import separation, write
+from .polytopes_pair import HERE, separation, write
 from .scaling import Powers, exponent_of, larger, power, powers, scaled
 from .vectors import Vector, dot, minus, opposite, plus, times, unit_or
 
@@ -187,9 +187,9 @@ def separations(
             order = 1.0 * (powers_a[i] - powers_b[i]) if order == 0.0 else order
             order = _order(notes_a, note_a, notes_b, note_b, NOTE) if order == 0.0 else order
         if order > 0.0:
-            found = separation(geometry_b, pose_b, geometry_a, pose_a, placed_b, placed_a, s, listed_b, listed_a)
+            found = separation(geometry_b, pose_b, geometry_a, pose_a, HERE, placed_b, placed_a, s, listed_b, listed_a)
         else:
-            found = separation(geometry_a, pose_a, geometry_b, pose_b, placed_a, placed_b, s, listed_a, listed_b)
+            found = separation(geometry_a, pose_a, geometry_b, pose_b, HERE, placed_a, placed_b, s, listed_a, listed_b)
         sigma, n, x, y = found
         origin = three(pose_b, 0) if order > 0.0 else three(pose_a, 0)
         x, y = scaled(plus(origin, x), back), scaled(plus(origin, y), back)

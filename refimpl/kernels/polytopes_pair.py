@@ -181,6 +181,7 @@ def separation(
     pose_a: Row,
     geometry_b: Row,
     pose_b: Row,
+    start: Vector,
     a: Scratch,
     b: Scratch,
     s: Scratch,
@@ -193,6 +194,8 @@ def separation(
     ----------
     geometry_a, pose_a, geometry_b, pose_b
         Rows as `polytopes` describes them.
+    start
+        Direction to begin with; zero for that of the centres.
     a, b
         Room for the two placed polytopes.
     s, listed_a, listed_b
@@ -201,7 +204,7 @@ def separation(
     offset = (pose_b[0] - pose_a[0], pose_b[1] - pose_a[1], pose_b[2] - pose_a[2])
     size = max(place_vertices(geometry_a, pose_a, HERE, a), place_vertices(geometry_b, pose_b, offset, b))
     blur = ROUNDING * size
-    start = minus(three(b, CENTRE), three(a, CENTRE))
+    start = minus(three(b, CENTRE), three(a, CENTRE)) if start == HERE else start
     status, k, w, upper = nearest(a, b, HERE, start, blur / 2, s)
     if status == APART:
         return upper, w, on_first(a, s, k), on_second(b, s, k)

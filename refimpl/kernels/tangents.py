@@ -49,10 +49,17 @@ class Tangents(NamedTuple):
 
 
 @kernel
+def _chain(known: Tangents, pair: int) -> int:
+    """Number of a pair's chain; dividing is slow, and mostly there is one for each."""
+    chains = len(known.first)
+    return pair if pair < chains else pair % chains
+
+
+@kernel
 def forget(known: Tangents) -> None:
     """Remove all tangents."""
     for i in range(known.used[0]):
-        known.first[known.pair[i] % len(known.first)] = 0
+        known.first[_chain(known, known.pair[i])] = 0
     known.used[0] = 0
 
 
@@ -66,7 +73,7 @@ def is_full(known: Tangents) -> bool:
 def learn(known: Tangents, pair: int, place: int, move: Vector, sigma: float, n: Vector, touch: Vector) -> None:
     """Add the tangent of a pair, from its finite signed distance, normal and witness point after a translation."""
     i = known.used[0]
-    chain = pair % len(known.first)
+    chain = _chain(known, pair)
     known.next[i], known.pair[i], known.place[i] = known.first[chain], pair, place
     at = PLANE * i
     known.plane[at], known.plane[at + 1], known.plane[at + 2] = n
@@ -93,7 +100,7 @@ def foot(known: Tangents, i: int) -> Vector:
 def highest(known: Tangents, pair: int, move: Vector) -> tuple[int, float]:
     """Tangent of a pair that is greatest after a translation, −1 for none, and its value there: no more than σ is."""
     best, most = -1, -math.inf
-    i = known.first[pair % len(known.first)] - 1
+    i = known.first[_chain(known, pair)] - 1
     while i >= 0:
         here = height(known, i, move)
         if here > most and known.pair[i] == pair:
@@ -105,7 +112,7 @@ def highest(known: Tangents, pair: int, move: Vector) -> tuple[int, float]:
 @kernel
 def taken_at(known: Tangents, pair: int, place: int) -> int:
     """Tangent of a pair that was taken at a translation; −1 for none."""
-    i = known.first[pair % len(known.first)] - 1
+    i = known.first[_chain(known, pair)] - 1
     while i >= 0 and not (known.place[i] == place and known.pair[i] == pair):
         i = known.next[i] - 1
     return i
@@ -124,7 +131,7 @@ def free_from(known: Tangents, i: int, direction: Vector, end: float, tolerance:
 def soonest(known: Tangents, pair: int, direction: Vector, end: float, tolerance: float) -> float:
     """The same for all tangents of a pair: from where on it is surely free; inf where nothing is known."""
     least = math.inf
-    i = known.first[pair % len(known.first)] - 1
+    i = known.first[_chain(known, pair)] - 1
     while i >= 0:
         if known.pair[i] == pair:
             least = min(least, free_from(known, i, direction, end, tolerance))

@@ -33,15 +33,18 @@ def _write(row: Scratch, key: int, found: Answer) -> None:
 
 
 @kernel
-def _ask(scene: Scene, key: int, count: int, best: float, normal: Vector) -> tuple[int, float, Vector]:
-    """Answer one more pair, unless it is farther apart than the best along its normal."""
+def _ask(scene: Scene, key: int, every: bool, count: int, best: float, normal: Vector) -> tuple[int, float, Vector]:
+    """Answer one more pair, unless it is farther apart, or not so deep, as the best along its normal.
+
+    If `every` one that overlaps is wanted, a lesser depth is no reason.
+    """
     across = len(scene.b)
     i, j = key // across, key % across
     if best < math.inf:
         apart = support_gap(scene, i, j, HERE, normal)
-        if apart > 0.0 and apart >= best:
+        if apart >= best and (apart > 0.0 or not every):
             return count, best, normal
-    found = answer(scene, i, j, HERE)
+    found = answer(scene, i, j, HERE, HERE)
     _write(scene.pairs[len(scene.pairs) // 2 + count], key, found)
     if found[0] < best:
         best, normal = found[0], found[1]
@@ -91,7 +94,7 @@ def _nearest_of_few(scene: Scene, count: int, best: float, normal: Vector) -> in
     key = _least(gaps, total)
     while gaps[key] < best:
         gaps[key] = math.inf
-        count, best, normal = _ask(scene, key, count, best, normal)
+        count, best, normal = _ask(scene, key, True, count, best, normal)
         key = _least(gaps, total)
     return count
 
@@ -101,7 +104,7 @@ def _nearest_of_many(scene: Scene, count: int, best: float, normal: Vector) -> i
     """The same, as they come; −1 where there is no room for all that are near."""
     across, keys = len(scene.b), scene.whole[KEYS]
     if count == 0:
-        count, best, normal = _ask(scene, promising(scene, HERE), count, best, normal)
+        count, best, normal = _ask(scene, promising(scene, HERE), True, count, best, normal)
     known = int(scene.pairs[len(scene.pairs) // 2][0])
     listed = near(scene, HERE, best, keys)
     if count + listed > len(scene.pairs) // 2:
@@ -109,16 +112,16 @@ def _nearest_of_many(scene: Scene, count: int, best: float, normal: Vector) -> i
     for k in range(listed):
         gap = box_gap(scene, keys[k] // across, keys[k] % across, HERE)
         if 0.0 < gap < best and keys[k] != known:
-            count, best, normal = _ask(scene, keys[k], count, best, normal)
+            count, best, normal = _ask(scene, keys[k], True, count, best, normal)
     return count
 
 
 @kernel
-def nearest(scene: Scene) -> tuple[int, int]:
-    """Answer the pairs that can be nearest, or overlap; gives how many overlap, and how many are answered.
+def nearest(scene: Scene, every: bool) -> tuple[int, int]:
+    """Answer the pairs that can be nearest, or deepest; gives how many of them overlap, and how many are answered.
 
-    They are left in `scene.pairs`, `ANSWER` numbers each, sorted by their distance. −1 for both where there is no
-    room for them.
+    If `every` one that overlaps is wanted, they all are. They are left in `scene.pairs`, `ANSWER` numbers each, sorted
+    by their distance. −1 for both where there is no room for them.
     """
     prepare(scene)
     keys, room, count, best, normal = scene.whole[KEYS], len(scene.pairs) // 2, 0, math.inf, HERE
@@ -126,7 +129,7 @@ def nearest(scene: Scene) -> tuple[int, int]:
     if meeting > room:
         return -1, -1
     for k in range(meeting):
-        count, best, normal = _ask(scene, keys[k], count, best, normal)
+        count, best, normal = _ask(scene, keys[k], every, count, best, normal)
     if best > 0.0:
         if len(scene.a) * len(scene.b) <= room:
             count = _nearest_of_few(scene, count, best, normal)
@@ -158,14 +161,14 @@ def scene_of(batch: Batch, row: int) -> Scene:
 @inlined
 def _answered(scene: Scene, search: Search, tolerance: float, row: Scratch) -> bool:
     """Answer one pair of unions; whether there was room."""
-    overlapping, answered = nearest(scene)
+    overlapping, answered = nearest(scene, False)
     if overlapping < 0:
         return False
     alone_a, alone_b = len(scene.a) == 1, len(scene.b) == 1
     # a single half-space is left by all along its normal, by the deepest last
     plain = (alone_a and scene.a[0][KIND] == HALF_SPACE) or (alone_b and scene.b[0][KIND] == HALF_SPACE)
     if overlapping > 0 and not plain and not (alone_a and alone_b):
-        return way_out(scene, search, overlapping, answered, tolerance, row)
+        return way_out(scene, search, answered, tolerance, row)
     for i in range(10):
         row[i] = scene.pairs[0][i + 1]
     row[10] = max(0.0, -row[0])
@@ -197,7 +200,7 @@ def _meet(scene: Scene) -> int:
     for k in range(meeting):
         i, j = keys[k] // across, keys[k] % across
         if k == 0 or support_gap(scene, i, j, HERE, normal) <= 0.0:
-            sigma, normal, _, _ = answer(scene, i, j, HERE)
+            sigma, normal, _, _ = answer(scene, i, j, HERE, HERE)
             if sigma <= 0.0:
                 return 1
     return 0
@@ -216,4 +219,4 @@ def meetings(batch: Batch, first: int, hits: MutableSequence[int]) -> int:
 @kernel
 def contacts(batch: Batch) -> tuple[int, int]:
     """Overlapping pairs of atoms of the only row of a batch, as `nearest` gives them."""
-    return nearest(scene_of(batch, 0))
+    return nearest(scene_of(batch, 0), True)

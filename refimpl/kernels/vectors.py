@@ -8,6 +8,9 @@ from . import kernel
 
 Vector = tuple[float, float, float]
 
+TINY, HUGE = 2.0**-900, 2.0**900
+"""Between these, a sum of squares has lost nothing, and the square root is enough."""
+
 
 @kernel
 def dot(u: Vector, v: Vector) -> float:
@@ -54,6 +57,9 @@ def along(start: Vector, factor: float, way: Vector) -> Vector:
 @kernel
 def length(v: Vector) -> float:
     """Euclidean length; neither overflows nor underflows."""
+    square = dot(v, v)
+    if TINY < square < HUGE:
+        return math.sqrt(square)
     size = max(abs(v[0]), abs(v[1]), abs(v[2]))
     if size == 0.0:
         return 0.0
@@ -64,6 +70,9 @@ def length(v: Vector) -> float:
 @kernel
 def unit_or(v: Vector, fallback: Vector) -> Vector:
     """Direction of a vector; `fallback` for zero."""
+    square = dot(v, v)
+    if TINY < square < HUGE:
+        return times(1.0 / math.sqrt(square), v)
     size = max(abs(v[0]), abs(v[1]), abs(v[2]))
     if size == 0.0:
         return fallback

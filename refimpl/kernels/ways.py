@@ -16,12 +16,13 @@ from typing import NamedTuple
 from . import inlined, kernel
 from .atom_pairs import answer
 from .atoms import Scene, support_gap
+from .axes import three
 from .leastmove import LEVEL, PLANE, Corner, shortest
 from .nearby import near
 from .tangents import Floats, Ints, Tangents, highest, is_full, learn, taken_at
 from .vectors import Vector, dot, length, times, unit_or
 
-ROUNDS, DESCENTS = 64, 3
+ROUNDS = 64
 GAIN = 1e-9
 """A descent goes on as long as it shortens the way by this part."""
 SLOPE = 1e-6
@@ -124,8 +125,9 @@ def _new_place(search: Search) -> int:
 @kernel
 def ask(scene: Scene, search: Search, pair: int, move: Vector, place: int) -> float:
     """Signed distance of a pair after a translation; its tangent is kept."""
-    across = len(scene.b)
-    sigma, n, x, _ = answer(scene, pair // across, pair % across, move)
+    across, best = len(scene.b), highest(search.known, pair, move)[0]
+    start = three(search.known.plane, PLANE * best) if best >= 0 else HERE
+    sigma, n, x, _ = answer(scene, pair // across, pair % across, move, start)
     if sigma > -math.inf:
         learn(search.known, pair, place, move, sigma, n, x)
     return sigma
@@ -133,9 +135,9 @@ def ask(scene: Scene, search: Search, pair: int, move: Vector, place: int) -> fl
 
 @kernel
 def _parted(scene: Scene, search: Search, pair: int, move: Vector) -> bool:
-    """Whether an unknown pair is apart along the way itself; cheaper than an answer."""
+    """Whether an unknown pair is apart along the way itself, or that of the first tangent; cheaper than an answer."""
     across = len(scene.b)
-    n = unit_or(move, (1.0, 0.0, 0.0))
+    n = unit_or(move, three(search.known.plane, 0))
     gap = support_gap(scene, pair // across, pair % across, move, n)
     if gap >= 0.0:
         learn(search.known, pair, NO_PLACE, move, gap, n, UNKNOWN)
@@ -195,14 +197,13 @@ def freed(scene: Scene, search: Search, count: int, limit: float, tolerance: flo
 
 
 @inlined
-def freed_from_start(scene: Scene, search: Search, deepest: int, limit: float, tolerance: float) -> Way:
-    """The same from the tangents number 0 to `deepest` on, which are those of the pairs that overlap at first."""
-    count = 0
-    for i in range(deepest):
-        if lacks_room(search, count):
-            return no_way()
-        count = _respect(search, count, i)
-    return freed(scene, search, count, limit, tolerance)
+def freed_from_start(scene: Scene, search: Search, deepest: bool, tolerance: float) -> Way:
+    """The same from the tangent of the deepest pair on, which is the first one, or from those of all that overlap."""
+    if deepest:
+        count = _respect(search, 0, 0)
+    else:
+        count, _ = _blocked(scene, search, HERE, START, tolerance, 0)
+    return freed(scene, search, count, math.inf, tolerance) if count > 0 else no_way()
 
 
 @kernel
@@ -239,9 +240,9 @@ def _planes_at(scene: Scene, search: Search, way: Way) -> int:
 
 
 @kernel
-def descended(scene: Scene, search: Search, way: Way, lower: float, tolerance: float) -> Way:
+def descended(scene: Scene, search: Search, way: Way, lower: float, tolerance: float, steps: int) -> Way:
     """Shorten a way by tangents at its end, as long as that gains something, but not below a lower bound."""
-    for _ in range(DESCENTS):
+    for _ in range(steps):
         if long(way) <= lower + 2.0 * tolerance or not way.found:
             break
         count = _planes_at(scene, search, way)
