@@ -115,9 +115,9 @@ class Campaign:
         self._do((ShrinkTask(group) for group in groups), until=self.run.budget + PATIENCE)
         while self.flying:
             self._land()
-        left = len(self.buckets.to_shrink())
+        left = self.buckets.new_to_shrink()
         if left:
-            self.run.problems.append(f"no time was left to shrink the witnesses of {left} of {len(groups)} symptoms")
+            self.run.problems.append(f"no time was left to shrink what is new of {left} of {len(groups)} symptoms")
 
     def targets(self) -> list[tuple[str, Cell]]:
         """Every supported cell of every engine."""
