@@ -112,7 +112,7 @@ class Campaign:
     def boil_down(self) -> None:
         """Shrink the witnesses, so that findings with one cause come together."""
         groups = self.buckets.to_shrink()
-        self._do((ShrinkTask(group) for group in groups), until=self.run.budget + PATIENCE)
+        self._do((ShrinkTask(group) for group in groups), until=max(self.run.budget, self.elapsed) + PATIENCE)
         while self.flying:
             self._land()
         left = self.buckets.new_to_shrink()
@@ -188,14 +188,13 @@ class Campaign:
         self.digests[task.name] = outcome.digest
         run.counts.update(outcome.counts)
         run.hunters.update(outcome.hunters)
-        run.problems += outcome.problems
+        run.problems += [problem for problem in outcome.problems if problem not in run.problems]
         run.incidents += outcome.incidents
         self.shop.library.lacking |= outcome.lacking
         for what, spent in (*outcome.timing.items(), *watch.taken().items()):
             run.timing[what] = run.timing.get(what, 0.0) + spent
         if isinstance(task, ShrinkTask):
-            shrunk = outcome.findings if len(outcome.findings) == len(task.findings) else task.findings
-            self.buckets.rekey(task.findings, shrunk)
+            self.buckets.rekey(task.findings, outcome.findings or task.findings)
         for finding in () if isinstance(task, ShrinkTask) else outcome.findings:
             self.buckets.add_proven(finding)
         for key, (number, worst) in outcome.counted.items():

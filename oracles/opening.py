@@ -8,10 +8,10 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
+from oracles.adapters import require_sound
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, workshop
 from oracles.engine import EngineUnavailable
-from oracles.engines import require_sound
 from oracles.impact_regimes import impact_reasons
 from oracles.outcome import Run, SupportNote
 from oracles.regimes import reasons

@@ -244,12 +244,12 @@ class Outcome:
     counts: Counter[CountKey] = field(default_factory=Counter)
     findings: list[Finding] = field(default_factory=list)
     counted: dict[CountedKey, tuple[int, float]] = field(default_factory=dict)
+    relations: Counter[RelationKey] = field(default_factory=Counter)
     hunters: Counter[str] = field(default_factory=Counter)
     timing: dict[str, float] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
-    lacking: set[str] = field(default_factory=set)
     incidents: Counter[str] = field(default_factory=Counter)
-    """What happened to the engines' processes, in sentences."""
+    lacking: set[str] = field(default_factory=set)
     digest: str = ""
     sheets: list[Sheet] = field(default_factory=list)
     """Each answer, for the record; not there in an outcome that was recalled."""

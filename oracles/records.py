@@ -33,9 +33,9 @@ def outcome_to_json(outcome: Outcome) -> dict[str, Any]:
         "counts": [[*key[:4], key[4].value, n] for key, n in outcome.counts.items()],
         "counted": [[*key, *value] for key, value in outcome.counted.items()],
         "hunters": dict(outcome.hunters),
-        "incidents": dict(outcome.incidents),
         "timing": outcome.timing,
         "problems": outcome.problems,
+        "incidents": dict(outcome.incidents),
         "lacking": sorted(outcome.lacking),
         "findings": [finding_to_json(finding) for finding in outcome.findings],
     }
@@ -55,9 +55,9 @@ def outcome_from_json(data: Any) -> Outcome:
             findings=[finding_from_json(entry) for entry in data["findings"]],
             counted={_counted_key(entry): (_count(entry[6]), float(entry[7])) for entry in data["counted"]},
             hunters=Counter({_text(name): _count(n) for name, n in data["hunters"].items()}),
-            incidents=Counter({_text(said): _count(n) for said, n in data["incidents"].items()}),
             timing={_text(name): float(spent) for name, spent in data["timing"].items()},
             problems=[_text(line) for line in data["problems"]],
+            incidents=Counter({_text(line): _count(n) for line, n in data["incidents"].items()}),
             lacking=set(_texts(data["lacking"])),
             digest=_text(data["digest"]),
         )

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from threading import Lock, Thread
 
+from oracles.adapters import UnsoundAdapter
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, close_workshop, workshop
 from oracles.bulk import bulk
@@ -76,6 +77,26 @@ class HuntTask(Task):
 
 
 @dataclass(frozen=True)
+class ShrinkTask(Task):
+    """Findings of one engine, cell and symptom, each to be shrunk to the simplest scene with the same fault."""
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def name(self) -> str:
+        """Engine, cell, and the scenes."""
+        first = self.findings[0]
+        every = "".join(f"{finding.verdict.symptom} {finding.scene.id}" for finding in self.findings)
+        pair = first.scene.cell.pair.replace("–", "-")
+        return f"shrink-{first.engine}-{first.scene.query}-{pair}-{sha256(every.encode()).hexdigest()[:12]}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Shrink; the outcome's findings are those of the task, in their order."""
+        with timed("shrinking"):
+            return Outcome(findings=shrink_all(self.findings, shop.bench(self.findings[0].engine)))
+
+
+@dataclass(frozen=True)
 class ReplayTask(Task):
     """A witness of the ledger, asked again."""
 
@@ -104,26 +125,6 @@ class ReplayTask(Task):
         return Replayed(self.witness, kinds[0], next(iter(outcome.findings), None)) if kinds else None
 
 
-@dataclass(frozen=True)
-class ShrinkTask(Task):
-    """Findings of one engine, cell and symptom, each to be shrunk to the simplest scene with the same fault."""
-
-    findings: tuple[Finding, ...]
-
-    @property
-    def name(self) -> str:
-        """Engine, cell, and the scenes."""
-        first = self.findings[0]
-        every = "".join(f"{finding.verdict.symptom} {finding.scene.id}" for finding in self.findings)
-        pair = first.scene.cell.pair.replace("–", "-")
-        return f"shrink-{first.engine}-{first.scene.query}-{pair}-{sha256(every.encode()).hexdigest()[:12]}"
-
-    def do(self, shop: Workshop) -> Outcome:
-        """Shrink; the outcome's findings are those of the task, in their order."""
-        with timed("shrinking"):
-            return Outcome(findings=shrink_all(self.findings, shop.bench(self.findings[0].engine)))
-
-
 _one_at_a_time = Lock()
 """Where an executor's workers are threads: benches, caches and Hypothesis belong to one task at a time."""
 
@@ -137,7 +138,10 @@ def perform(task: Task, setup: Setup) -> Outcome:
             before = set(shop.library.lacking)
             for bench in shop.benches:
                 bench.renew()  # an engine with a memory answers the same whatever was done here before
-            outcome = task.do(shop)
+            try:
+                outcome = task.do(shop)
+            except UnsoundAdapter as unsound:
+                outcome = Outcome(problems=[f"not judged: {unsound}"])
             for bench in shop.benches:
                 outcome.incidents += bench.incidents()
             outcome.lacking = shop.library.lacking - before

@@ -9,14 +9,13 @@ The format, `proxyproof-run-1`, is one JSON object:
 - ``support``: objects with ``engine, query, pair, kind, reason``, kind being native, emulated or unsupported
 - ``problems``: sentences; ``incidents``: sentence on an engine's process to how often;
   ``timing``: seconds by what they were spent on;
-  ``hunters``: scenes by hunter; ``digest``: of every answer; ``recalled``: tasks from an earlier record;
-  ``models``: what the regime `models` was made of, and each file that it could not use
+  ``hunters``: scenes by hunter; ``models``: what the regime `models` was made of, and each file that it could not use
 - ``ledger``: the entries of the ledger for these engines, as objects with ``engine, name, state, why, seen, witnesses,
   holding, cause, upstream, file``: holding are those of its witnesses that still fail as it says
-- ``buckets``, what is new first, then the worst: objects with ``number, key, engine, query, pair, symptom,
-  degeneracy, decade, kind, severity, amount, worst, lower, upper, claim, count, proven, regimes, state, entry, scene,
-  proof_scene, answer, reference, text, certificate, repro``; ``repro`` is the script's path within the folder,
-  ``entry`` names the one that explains the bucket, a scene is ``query, a, b, regime, source, id`` with each
+- ``buckets``, what is new first, then the worst: objects with ``number, key, engine, query, pair, symptom, degeneracy,
+  decade, kind, severity, amount, worst, lower, upper, claim, count, proven, regimes, state, entry, scene, proof_scene,
+  answer, reference, text, certificate, repro``; ``repro`` is the script's path within the folder, ``entry`` names the
+  one that explains the bucket, a scene is ``query, a, b, regime, source, id`` with each
   proxy's ``type`` and ``numbers`` as its `pack` gives them: in the constructor's order, after the sizes where a type
   has no fixed one; of impacts also ``motion``, by name; and ``certificate`` is what `refimpl.proof.to_json` gives, or
   `refimpl.proof.wire.impact_to_json`
@@ -57,18 +56,9 @@ def run_data(run: Run) -> dict[str, Any]:
         **{name: getattr(run, name) for name in ("seed", "budget", "seconds", "started", "interrupted")},
         **{
             name: getattr(run, name)
-            for name in (
-                "engines",
-                "engine_versions",
-                "versions",
-                "regimes",
-                "problems",
-                "incidents",
-                "timing",
-                "hunters",
-            )
+            for name in ("engines", "engine_versions", "versions", "regimes", "problems", "incidents", "timing")
         },
-        **{name: getattr(run, name) for name in ("hunters", "models", "digest", "recalled")},
+        **{name: getattr(run, name) for name in ("hunters", "models")},
         "counts": counts,
         "support": support,
         "ledger": [dict(vars(note)) for note in run.ledger],
