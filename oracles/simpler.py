@@ -39,6 +39,12 @@ def simpler_numbers(x: float) -> list[float]:
     return [y for y in dict.fromkeys([*signed, whole, *digits, *farther]) if y != x]
 
 
+def powers_of_ten(row: Array) -> Array:
+    """The nearest power of ten of each number, with its sign."""
+    sizes = np.where(row == 0, 1.0, np.abs(row))
+    return np.asarray(np.where(row == 0, 0.0, np.sign(row) * 10.0 ** np.round(np.log10(sizes))))
+
+
 def changeable(shape: Proxy) -> NDArray[np.bool_]:
     """Which numbers of a packed row say what a proxy is, and not how the row is to be read."""
     if isinstance(shape, Composite):
@@ -125,10 +131,12 @@ def simpler_proxies(shape: Proxy) -> Iterator[Proxy]:
 
 def simpler_rows(row: Array, mask: NDArray[np.bool_]) -> Iterator[Array]:
     """Rows with all numbers rounded, and with one number changed."""
-    for decimals in DECIMALS:
-        rounded = np.where(mask, np.round(row, decimals), row)
-        if not np.array_equal(rounded, row):
-            yield rounded
+    rounded = [np.round(row, decimals) for decimals in DECIMALS]
+    rounded += [np.array([float(f"{x:.{digits}e}") for x in row]) for digits in (0, 1)]
+    for numbers in [powers_of_ten(row), *rounded]:
+        changed = np.where(mask, numbers, row)
+        if not np.array_equal(changed, row):
+            yield changed
     for i in np.flatnonzero(mask):
         for x in simpler_numbers(float(row[i])):
             changed = row.copy()
@@ -147,7 +155,7 @@ def _along_axes(shape: Proxy) -> Iterator[Proxy]:
             made.append(rebuilt(shape, np.concatenate([row[:3], np.full(3, size), row[6:]])))
     if isinstance(shape, (Capsule, Cylinder)):
         middle, half = shape.reference_point, (shape.q - shape.p) / 2
-        for step in (_dominant(half), *(np.eye(3)[i] for i in range(3))):
+        for step in (_dominant(half), *(np.eye(3)[i] for i in range(3)), 10 * half, 100 * half):
             made += [rebuilt(shape, np.concatenate([middle - step, middle + step, row[6:]]))]
             made += [rebuilt(shape, np.concatenate([shape.p, shape.p + 2 * step, row[6:]]))]
     if isinstance(shape, Ray):

@@ -26,8 +26,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from oracles.engine import AnswerRow, Kind, Row, Solver, answer_row
-from tests.wrong_engines import Answer, Honest, ball_ball, of_query
+from oracles.engine import AnswerRow, Array, Effective, Kind, Row, Solver, answer_row
+from oracles.scene import CONTACTS, DISTANCE
+from tests.wrong_engines import Answer, Honest, OffByAThousandth, ball_ball, of_query
 
 FE_TONEAREST, FE_DOWNWARD, FE_UPWARD, FE_TOWARDZERO = 0x0, 0x400, 0x800, 0xC00
 SPARE_MEMORY = 1500 << 20
@@ -91,6 +92,11 @@ HOME = os.getcwd()
 @trick
 def kills_itself(_: AnswerRow) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+@trick
+def sends_itself_a_nameless_signal(_: AnswerRow) -> None:
+    os.kill(os.getpid(), signal.SIGRTMIN + 5)
 
 
 @trick
@@ -525,6 +531,32 @@ class LeavesAnError(Honest):
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
         np.seterr(all="raise")
         return super().spoil(answer, row_a)
+
+
+class RaisesOnEffective(OffByAThousandth):
+    name: ClassVar[str] = "raises-on-effective"
+
+    def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> tuple[Effective, Effective]:
+        if query == CONTACTS:
+            raise SystemExit(UnspeakableError())
+        return super().effective(query, A, rows_a, B, rows_b)
+
+
+class RubbishEffective(OffByAThousandth):
+    """Says nothing of itself that can be used, once it is asked in earnest."""
+
+    name: ClassVar[str] = "rubbish-effective"
+
+    def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> Any:
+        given = super().effective(query, A, rows_a, B, rows_b)
+        if query == CONTACTS:
+            return given[0], Effective(B, rows_b, np.full(len(rows_b), -1.0))
+        if query == DISTANCE:
+            return given[0], Effective(B, rows_b[:-1] * math.nan, given[1].margin)
+        return [*given]
+
+    def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> Any:
+        return 7
 
 
 class LeavesChildren(Honest):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 import signal
 import subprocess
@@ -17,8 +18,9 @@ import pytest
 from oracles import claims
 from oracles.campaign import run_campaign
 from oracles.isolation.processes import children, marked
-from oracles.known import KnownFaults
+from oracles.ledger import Ledger
 from oracles.outcome import ANSWERED, FINDINGS, Run
+from oracles.scene import CONTACTS, DISTANCE
 from tests import hostile_engines as hostile
 from tests.test_survival import eventually
 from tests.wrong_engines import Honest, spec
@@ -39,7 +41,7 @@ def mark(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 def campaign(engine: type[Honest], passes: int = 2) -> Run:
     return run_campaign(
-        [spec(engine)], budget=0.0, passes=passes, seed=3, pairs=["Sphere–Sphere"], call_limit=0.3, known=KnownFaults()
+        [spec(engine)], budget=0.0, passes=passes, seed=3, pairs=["Sphere–Sphere"], call_limit=0.3, ledger=Ledger()
     )
 
 
@@ -88,6 +90,19 @@ def test_rubbish_of_many_kinds_is_found_and_named() -> None:
     assert {b.symptom for b in run.buckets} == {claims.NOT_A_NUMBER}
     assert all(len(b.witness.text) < 700 for b in run.buckets)
     assert run.problems == []
+
+
+def test_what_an_adapter_says_of_itself_is_checked_whenever_it_is_used() -> None:
+    run = campaign(hostile.RaisesOnEffective, passes=1)
+    assert run.problems[0].startswith(
+        "raises-on-effective cannot be judged: RaisesOnEffective.effective, asked about contacts Sphere–Sphere, raised"
+    )
+    assert run.total(engine="raises-on-effective", query=CONTACTS) == 0
+    assert {(b.query, b.symptom) for b in run.buckets} == {(DISTANCE, claims.LONG)}
+    run = campaign(hostile.RubbishEffective, passes=1)
+    text = "\n".join(run.problems)
+    assert "contacts Sphere–Sphere, must give margins of at least 0, got -1.0" in text
+    assert re.search(r"distance Sphere–Sphere, must give \d+ rows as doubles, got array", text)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

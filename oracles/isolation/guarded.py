@@ -67,7 +67,7 @@ class Guarded:
             self._clear_up()
             self._launch()
             try:
-                self.listen()
+                self.listen(self.limits.start + STALLED)
             except GuardLost as how:
                 if attempt == ATTEMPTS - 1 or not self._was_killed():
                     self._clear_up()
@@ -108,13 +108,13 @@ class Guarded:
             with suppress(OSError):
                 self.connection.send(job)
 
-    def listen(self) -> list[str]:
+    def listen(self, patience: float | None = None) -> list[str]:
         """Wait until the guard is ready for the next job; what happened meanwhile, in sentences.
 
         Raises
         ------
         GuardLost
-            When it was lost before that.
+            When it was lost before that, or gave no sign of life for some seconds.
         EngineUnavailable
             When the guard has no engine, and says why.
         """
@@ -125,8 +125,8 @@ class Guarded:
             while not self.connection.poll(LOOK):
                 if int(self.board.beat[0]) != beat:
                     beat, since = int(self.board.beat[0]), time.monotonic()
-                elif time.monotonic() - since > STALLED:
-                    raise GuardLost(f"the guard of the engine's process did nothing for {STALLED:g} s")
+                elif time.monotonic() - since > (patience or STALLED):
+                    raise GuardLost(f"the guard of the engine's process did nothing for {patience or STALLED:g} s")
             said = json.loads(self.connection.recv_bytes())
         except (EOFError, OSError):
             raise GuardLost(self._how_it_ended()) from None
