@@ -82,7 +82,7 @@ class _Bulk:
             many = self.each * QUICK if is_quick(*self.pair) else max(1, self.each // SEARCHED)
             batches = Batch.draw(self.pair, seed, shard, many) if self.shop.at_rest else []
             if IMPACT in asked:
-                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, self.each // STEPPED))
+                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, many // STEPPED))
             return batches
 
     def ask(self, cell: Cell, batch: Batch) -> None:
