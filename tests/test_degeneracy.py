@@ -190,7 +190,7 @@ def test_plain_scenes_are_plain_the_same_every_time_and_there_are_some_of_every_
         elif cell.query in (DISTANCE, RAYCAST, IMPACT):
             scenes = plain_scenes(cell, "generic" if cell.query != IMPACT else "spinning")
             few = sum(odd_numbers(scene) <= 3 for scene in scenes)
-            assert few >= 10, (cell, few)
+            assert few >= 8, (cell, few)
     again = plain_scenes.__wrapped__(Cell(DISTANCE, Sphere, Box), "touching")
     assert [s.id for s in again] == [s.id for s in plain_scenes(Cell(DISTANCE, Sphere, Box), "touching")]
 
