@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from oracles.clumsiness import clumsiness
 from oracles.degeneracy import degeneracy
-from oracles.known import KnownFaults
+from oracles.ledger.files import Ledger
 from oracles.outcome import Bucket, BucketKey, CountedKey, Finding, Kind, Severity
 from oracles.words import decade_of
 
@@ -44,7 +44,7 @@ class Buckets:
         Findings that are beyond doubt, but not proven one by one: how many, and the worst amount.
     """
 
-    known: KnownFaults
+    ledger: Ledger
     piles: dict[BucketKey, Bucket] = field(default_factory=dict)
     ends: dict[BucketKey, Finding] = field(default_factory=dict)
     counted: dict[CountedKey, tuple[int, float]] = field(default_factory=dict)
@@ -98,7 +98,8 @@ class Buckets:
                 _count(bucket, regime, pile.worst, number)
         for bucket in merged.values():
             witness = bucket.witness
-            bucket.known = self.known.reason(bucket.engine, witness.scene, witness.verdict)
+            entry = self.ledger.match(bucket.engine, witness.scene, witness.verdict)
+            bucket.entry = entry.name if entry else None
         return sorted(merged.values(), key=_order)
 
     def _with_counted(self) -> list[Bucket]:
@@ -142,7 +143,7 @@ def _order(bucket: Bucket) -> tuple[object, ...]:
     gravity = _GRAVITY[verdict.severity] if verdict.severity else len(_GRAVITY)
     return (
         verdict.kind is not Kind.REFERENCE_WRONG,
-        bucket.known is not None,
+        bucket.entry is not None,
         gravity,
         -bucket.count,
         bucket.key,

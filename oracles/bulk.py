@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from oracles.adapters import UnsoundAdapter
 from oracles.answers import add_to_digest, reference_for, take
 from oracles.batch import Batch, PairKey
 from oracles.bench import Bench, Workshop
@@ -88,7 +89,10 @@ class _Bulk:
             answers = bench.answer(cell, rows, batch.groups, GIVE_UP_AFTER)
             self.outcome.hunters["bulk"] += len(answers)
             add_to_digest(self.digest, bench.name, cell, answers)
-            self.judge(bench, cell, batch, answers)
+            try:
+                self.judge(bench, cell, batch, answers)
+            except UnsoundAdapter as unsound:  # one engine's adapter does not cost the others their answers
+                self.outcome.problems.append(f"{bench.name} cannot be judged: {unsound}")
         for bench in self.shop.benches:
             if bench not in asked:
                 for regime, number in Counter(batch.regimes).items():

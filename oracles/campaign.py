@@ -10,6 +10,7 @@ import time
 import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -22,11 +23,12 @@ from oracles.buckets import Buckets
 from oracles.clock import timed, watch
 from oracles.executors import Here, room
 from oracles.interrupts import held
-from oracles.known import KnownFaults
+from oracles.ledger import Ledger, settle
+from oracles.ledger.replay import Replayed
 from oracles.outcome import Kind, Outcome, Run
 from oracles.scene import Cell, cells_of
 from oracles.store import Store
-from oracles.tasks import ShrinkTask, Task, perform
+from oracles.tasks import ReplayTask, ShrinkTask, Task, perform
 
 PATIENCE = 60.0
 """Seconds beyond the budget that the first pass over all cells may take."""
@@ -79,6 +81,7 @@ class Campaign:
     flying: dict[Future[Outcome], tuple[int, Task]] = field(default_factory=dict)
     landed: dict[int, tuple[Task, Outcome]] = field(default_factory=dict)
     digests: dict[str, str] = field(default_factory=dict)
+    replayed: list[Replayed] = field(default_factory=list)
     begun: int = 0
     filed: int = 0
     failures: int = 0
@@ -96,6 +99,7 @@ class Campaign:
         """All tasks of the plan that there is time for."""
         budget = self.run.budget
         late = max(2 * budget, budget + PATIENCE)
+        self._do(plan.replays(self.buckets.ledger, self.run.engines, self.pairs), until=late)
         self._do(plan.first_pass(self.pairs, self.run.seed), until=late)
         if not self.passes and self.elapsed > budget + PATIENCE:
             self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
@@ -164,6 +168,8 @@ class Campaign:
         while self.filed in self.landed:
             self.filed += 1
             self._file(*self.landed.pop(self.filed - 1))
+            if self.listener is not None:
+                self.listener.advanced(self.run, self.elapsed)
 
     def _outcome_of(self, task: Task, future: Future[Outcome]) -> Outcome:
         error = future.exception()
@@ -182,7 +188,8 @@ class Campaign:
         self.digests[task.name] = outcome.digest
         run.counts.update(outcome.counts)
         run.hunters.update(outcome.hunters)
-        run.problems += outcome.problems
+        run.problems += [problem for problem in outcome.problems if problem not in run.problems]
+        run.incidents += outcome.incidents
         self.shop.library.lacking |= outcome.lacking
         for what, spent in (*outcome.timing.items(), *watch.taken().items()):
             run.timing[what] = run.timing.get(what, 0.0) + spent
@@ -192,10 +199,10 @@ class Campaign:
             self.buckets.add_proven(finding)
         for key, (number, worst) in outcome.counted.items():
             self.buckets.add_counted(key, number, worst)
+        if isinstance(task, ReplayTask) and (replayed := task.replayed(outcome)):
+            self.replayed.append(replayed)
         run.buckets = list(self.buckets.piles.values())
         run.seconds = self.elapsed
-        if self.listener is not None:
-            self.listener.advanced(run, self.elapsed)
         for finding in outcome.findings:
             if finding.verdict.kind is Kind.REFERENCE_WRONG:
                 raise ReferenceFailed(finding.verdict.claim)
@@ -204,10 +211,12 @@ class Campaign:
 
     def finish(self) -> None:
         """File what has landed out of turn, sort the buckets, write their scripts, and say what is missing."""
-        for number in sorted(self.landed):
-            self._file(*self.landed[number])
+        with suppress(ReferenceFailed, GaveUp):
+            for number in sorted(self.landed):
+                self._file(*self.landed[number])
         self.run.seconds = self.elapsed
         self.run.buckets = self.buckets.sorted()
+        settle(self.run, self.buckets.ledger, self.replayed)
         closing.write_scripts(self.run, self.shop)
         if not (self.run.interrupted or self.run.reference_wrong):
             self.run.problems += closing.silent_cells(self.run)
@@ -226,7 +235,7 @@ def run_campaign(
     listener: Listener | None = None,
     pairs: Sequence[str] | None = None,
     call_limit: float = 0.5,
-    known: KnownFaults | None = None,
+    ledger: Ledger | None = None,
     models: str | None = None,
     executor: Executor | None = None,
     folder: Path | None = None,
@@ -249,6 +258,8 @@ def run_campaign(
         Names such as ``Sphere–Box``; all by default.
     call_limit
         Seconds an engine may take for one scene.
+    ledger
+        What is known of the engines' faults; by default what is shipped.
     models
         Folder from which the regime `models` takes its geometry; by default what PyBullet ships.
     executor
@@ -277,9 +288,9 @@ def run_campaign(
         run = opening.run_of(shop, wanted, budget)
         if not isinstance(executor, Here):
             shop.rest()
-        found = known or KnownFaults.shipped()
+        known = (ledger if ledger is not None else Ledger.load()).at(run.engine_versions)
         store = None if folder is None else opening.store_of(folder, shop, run, wanted, passes, resume=resume)
-        campaign = Campaign(shop, run, wanted, passes, listener, Buckets(found), executor, room(executor), store)
+        campaign = Campaign(shop, run, wanted, passes, listener, Buckets(known), executor, room(executor), store)
         if listener is not None:
             listener.started(run.engines, len(run.support))
         _survive(campaign)

@@ -20,7 +20,10 @@ def write_scripts(run: Run, shop: Workshop) -> None:
 def _script(engine: Engine, scene: Scene) -> str:
     rows = [row.tolist() for row in scene.rows]
     try:
-        return engine.repro(scene.query, scene.cell.type_a, scene.cell.type_b, *rows)
+        script = engine.repro(scene.query, scene.cell.type_a, scene.cell.type_b, *rows)
+        return (
+            script if isinstance(script, str) else f"# {engine.name} wrote a {type(script).__name__} for this scene\n"
+        )
     except Exception as error:  # an adapter's mistake must not cost the report
         return f"# {engine.name} wrote no script for this scene: {type(error).__name__}: {str(error)[:500]!r}\n"
 

@@ -212,6 +212,13 @@ def fast(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Scenes:
 
 
 @regime
+def any_normal(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Scenes:
+    """With normals of length 1e-3 to 1e3: only their direction counts."""
+    a, b, motion = _random(draws, (kind_a, kind_b), Recipe((FACE, EDGE, CORNER), spins=1.0))
+    return a, b, replace(motion, normal=scale(log_uniform(draws, -3.0, 3.0), motion.normal))
+
+
+@regime
 def parting(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Scenes:
     """Touching, but moving apart: nothing may change."""
     staged, motion = _scene(draws, (kind_a, kind_b), Recipe(spins=1.0))

@@ -8,10 +8,10 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
+from oracles.adapters import require_sound
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, workshop
 from oracles.engine import EngineUnavailable
-from oracles.engines import require_sound
 from oracles.impact_regimes import impact_reasons
 from oracles.outcome import Run, SupportNote
 from oracles.regimes import reasons
@@ -47,6 +47,7 @@ def run_of(shop: Workshop, pairs: Sequence[PairKey], budget: float) -> Run:
     run = Run(shop.setup.seed, budget, datetime.now(UTC).isoformat(timespec="seconds"), regimes=reasons())
     run.engines = [bench.name for bench in shop.benches]
     run.versions = own_versions()
+    run.engine_versions = {bench.name: next(iter(bench.engine.versions().values()), "") for bench in shop.benches}
     for bench in shop.benches:
         run.versions |= bench.engine.versions()
     for cell in (cell for pair in pairs for cell in cells_of(pair)):

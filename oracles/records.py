@@ -14,10 +14,10 @@ from typing import Any
 from oracles.impact_judge import broken_by
 from oracles.outcome import Finding, Kind, Outcome, Severity, Verdict
 from oracles.scene import Scene
-from refimpl.proof import Certificate, check, from_json, to_json
+from refimpl.proof import Certificate, check, from_json
 from refimpl.proof.claims import Bound
 from refimpl.proof.impacts import ImpactCertificate
-from refimpl.proof.wire import impact_from_json, impact_to_json
+from refimpl.proof.wire import certificate_to_json, impact_from_json
 
 LONGEST_TEXT = 2_000
 """Characters of any text that is read back."""
@@ -35,6 +35,7 @@ def outcome_to_json(outcome: Outcome) -> dict[str, Any]:
         "hunters": dict(outcome.hunters),
         "timing": outcome.timing,
         "problems": outcome.problems,
+        "incidents": dict(outcome.incidents),
         "lacking": sorted(outcome.lacking),
         "findings": [finding_to_json(finding) for finding in outcome.findings],
     }
@@ -56,6 +57,7 @@ def outcome_from_json(data: Any) -> Outcome:
             hunters=Counter({_text(name): _count(n) for name, n in data["hunters"].items()}),
             timing={_text(name): float(spent) for name, spent in data["timing"].items()},
             problems=[_text(line) for line in data["problems"]],
+            incidents=Counter({_text(line): _count(n) for line, n in data["incidents"].items()}),
             lacking=set(_texts(data["lacking"])),
             digest=_text(data["digest"]),
         )
@@ -139,11 +141,6 @@ def _answer(data: Any) -> dict[str, object]:
         _text(name): [float(x) for x in value[:3]] if isinstance(value, list) else float(value)
         for name, value in data.items()
     }
-
-
-def certificate_to_json(certificate: Certificate | ImpactCertificate) -> dict[str, Any]:
-    """Return a certificate of either kind as plain data."""
-    return impact_to_json(certificate) if isinstance(certificate, ImpactCertificate) else to_json(certificate)
 
 
 def certificate_from_json(data: Any, scene: Scene) -> Certificate | ImpactCertificate:

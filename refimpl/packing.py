@@ -22,7 +22,7 @@ from refimpl.kernels.boxes import SEGMENT, TURNED
 from refimpl.kernels.polytopes import FACTOR
 from refimpl.kernels.polytopes_batch import MIDDLE, POINT, POWER
 from refimpl.kernels.scaling import NOTHING
-from refimpl.linear import Array, apply, rotation_matrix
+from refimpl.linear import Array, apply, rotation_matrix, scale
 from refimpl.proxy import Proxy
 from refimpl.shapes import (
     AABB,
@@ -169,9 +169,10 @@ def _put_pieces(mesh: Polyhedron, exponent: NDArray[np.int64], rows: Array) -> A
     matrix = rotation_matrix(mesh.rotation)
     power = powers - exponent[:, None]
     position = np.ldexp(mesh.position, -exponent[:, None])
-    rows[..., :3] = position[:, None] + apply(matrix[:, None], np.ldexp(middles, power[..., None]))
+    factor = np.ldexp(1.0, power)
+    rows[..., :3] = position[:, None] + apply(matrix[:, None], scale(factor, middles))
     rows[..., NINE] = matrix.reshape(-1, 1, 9)
-    rows[..., FACTOR], rows[..., atoms.KIND] = np.ldexp(1.0, power), atoms.HULL
+    rows[..., FACTOR], rows[..., atoms.KIND] = factor, atoms.HULL
     rows[..., atoms.SHAPE] = np.arange(len(middles))
     return table
 
