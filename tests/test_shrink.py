@@ -16,13 +16,13 @@ from oracles.clumsiness import odd_numbers
 from oracles.degeneracy import FREE, degeneracy, features
 from oracles.engine import AnswerRow, Answers, Engine, Row, Status
 from oracles.judges import Judges, finding_of
-from oracles.known import KnownFaults
+from oracles.ledger.files import Ledger
 from oracles.outcome import FINDINGS, Bucket, Finding, Kind
-from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, Scene
+from oracles.planted.mutants import MUTANTS
+from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, Scene, cells
 from oracles.shrink import shrink, shrink_all
 from refimpl import AABB, Point, Proxy, Ray, Sphere
 from refimpl.proof import check
-from tests import wrong_impacts
 from tests.wrong_engines import Answer, FlippedNormal, Honest, MissedContact, OffByAThousandth
 
 ANSWER_COLUMNS = 27
@@ -62,7 +62,7 @@ def findings(bench: Bench, cell: Cell, each: int = 12) -> list[Finding]:
 
 def boiled(engine: Engine, cell: Cell, each: int = 12) -> tuple[list[Bucket], int]:
     """Buckets after shrinking, and how many keys there were before."""
-    bench, buckets = Bench(engine), Buckets(KnownFaults())
+    bench, buckets = Bench(engine), Buckets(Ledger())
     for finding in findings(bench, cell, each):
         buckets.add_proven(finding)
     for group in buckets.to_shrink():
@@ -96,21 +96,14 @@ def test_findings_of_one_fault_come_together_in_a_witness_that_is_taken_in_at_a_
         assert scene.source.endswith(", shrunk")
 
 
-@pytest.mark.parametrize(
-    "engine", [wrong_impacts.WrongSign, wrong_impacts.NoLever, wrong_impacts.NeverElastic], ids=lambda x: x.__name__
-)
-def test_impacts_shrink_to_bodies_along_the_axes(engine: type[Engine]) -> None:
-    for kinds in wrong_impacts_pairs():
-        buckets, before = boiled(engine(), Cell(IMPACT, *kinds), each=6)
-        assert before > len(buckets)
-        assert len(buckets) <= 2
-        assert all(odd_numbers(bucket.witness.scene) <= 1 for bucket in buckets)
-
-
-def wrong_impacts_pairs() -> list[tuple[type[Proxy], type[Proxy]]]:
-    from oracles.impact_stages import TARGETS  # noqa: PLC0415
-
-    return list(TARGETS)[:3]
+@pytest.mark.parametrize("name", ["normal-of-impact-flipped", "always-elastic", "immovable-turns"])
+def test_impacts_shrink_to_bodies_along_the_axes(name: str) -> None:
+    mutant = MUTANTS[name]
+    cell = next(cell for cell in cells() if (cell.query, cell.pair) == (mutant.query, mutant.pair))
+    buckets, before = boiled(mutant.engine(), cell, each=6)
+    assert before > len(buckets)
+    assert len(buckets) <= 2
+    assert all(odd_numbers(bucket.witness.scene) <= 1 for bucket in buckets)
 
 
 # -- two faults of one cell and symptom -----------------------------------------------------------------------
