@@ -110,9 +110,9 @@ class Campaign:
         self._do((ShrinkTask(group) for group in groups), until=max(self.run.budget, self.elapsed) + PATIENCE)
         while self.flying:
             self._land()
-        left = len(self.filing.buckets.to_shrink())
+        left = self.filing.buckets.new_to_shrink()
         if left:
-            self.run.problems.append(f"no time was left to shrink the witnesses of {left} of {len(groups)} symptoms")
+            self.run.problems.append(f"no time was left to shrink what is new of {left} of {len(groups)} symptoms")
 
     def targets(self) -> list[tuple[str, Cell]]:
         """Every supported cell of every engine."""
