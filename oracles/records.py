@@ -134,8 +134,8 @@ def finding_from_json(data: Any) -> Finding:
     if gap:
         raise ValueError(gap)
     answer, reference = _answer(data["answer"]), _answer(data["reference"])
-    related = None if data["related"] is None else _related_from_json(data["related"])
-    text, repeats = _text(data["text"]), bool(data["repeats"])
+    related = None if data.get("related") is None else _related_from_json(data["related"])
+    text, repeats = _text(data["text"]), bool(data.get("repeats", True))
     return Finding(_text(data["engine"]), scene, answer, reference, verdict, text, repeats, related)
 
 
