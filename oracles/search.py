@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 FEWEST = 5
 """A round is worth it with so many examples left."""
-PATIENCE = 40
+PATIENCE = 25
 """Steps of shrinking a failure; whoever needs it smaller has better means."""
 HOME = "proxyproof-hypothesis"
 
