@@ -168,6 +168,7 @@ class Campaign:
         self.digests[task.name] = outcome.digest
         run.counts.update(outcome.counts)
         run.hunters.update(outcome.hunters)
+        run.relations.update(outcome.relations)
         run.problems += outcome.problems
         self.shop.library.lacking |= outcome.lacking
         for what, spent in (*outcome.timing.items(), *watch.taken().items()):

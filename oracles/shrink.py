@@ -14,20 +14,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 import numpy as np
 
 from oracles.answers import reference_for, said
 from oracles.clumsiness import odd_numbers
-from oracles.engine import Answers, Array
-from oracles.judges import Judges
+from oracles.engine import Array
 from oracles.likeness import Failing, failing, key_of
 from oracles.motion import Motion
 from oracles.outcome import Finding, Kind
 from oracles.plain import plain_scenes
 from oracles.plain_impacts import restaged, simpler_motions
 from oracles.reference import is_quick
+from oracles.relations import Bench, contradictions, question
 from oracles.scene import IMPACT, Cell, Scene, packed_rows
 from oracles.simpler import batch_of, by_form, kept_apart, moved, simpler_proxies
 
@@ -44,23 +43,12 @@ GAPS = [sign * 10.0**-k for k in range(16) for sign in (1.0, -1.0)]
 """Steps on which errors that grow with a gap or an overlap grow."""
 
 
-class Asked(Protocol):
-    """An engine that answers, and its judges."""
-
-    judges: Judges
-
-    def answer(
-        self, cell: Cell, rows: tuple[Array, Array], groups: Array | None = None, give_up_after: int | None = None
-    ) -> Answers:
-        """Have a batch of scenes of one cell answered; see `EngineWorker.answer`."""
-
-
-def shrink(finding: Finding, bench: Asked, *, tries: int | None = None) -> Finding:
+def shrink(finding: Finding, bench: Bench, *, tries: int | None = None) -> Finding:
     """Find the simplest scene with the same fault; see `shrink_all`."""
     return shrink_all([finding], bench, tries=tries)[0]
 
 
-def shrink_all(findings: Sequence[Finding], bench: Asked, *, tries: int | None = None) -> list[Finding]:
+def shrink_all(findings: Sequence[Finding], bench: Bench, *, tries: int | None = None) -> list[Finding]:
     """Find for each finding the simplest scene with the same fault; the finding itself where there is none simpler.
 
     Parameters
@@ -77,12 +65,14 @@ def shrink_all(findings: Sequence[Finding], bench: Asked, *, tries: int | None =
     list of Finding
         Each with a verdict of its own; one that does not come again is marked as such.
     """
-    groups: dict[tuple[Cell, Kind, str], list[int]] = {}
+    groups: dict[tuple[Cell, Kind, str, str], list[int]] = {}
     for i, finding in enumerate(findings):
-        groups.setdefault((finding.scene.cell, finding.verdict.kind, finding.verdict.symptom), []).append(i)
+        relation = finding.related.relation if finding.related else ""
+        groups.setdefault((finding.scene.cell, finding.verdict.kind, finding.verdict.symptom, relation), []).append(i)
     found = list(findings)
-    for key, numbers in groups.items():
-        search = _Search(bench, *key)
+    for (cell, kind, symptom, relation), numbers in groups.items():
+        key = bench, cell, kind, symptom
+        search = _OfRelation(*key, relation=relation) if relation else _Search(*key)
         for i, result in zip(numbers, search.shrink([findings[i] for i in numbers], tries), strict=True):
             found[i] = result
     return found
@@ -92,7 +82,7 @@ def shrink_all(findings: Sequence[Finding], bench: Asked, *, tries: int | None =
 class _Search:
     """All that has been learned of one symptom of an engine in one cell."""
 
-    bench: Asked
+    bench: Bench
     cell: Cell
     kind: Kind
     symptom: str
@@ -204,6 +194,30 @@ class _Search:
             return None
         text = answers.errors.get(0, "")
         return Finding(finding.engine, scene, said(answers, 0), said(reference_for(scene), 0), verdict, text)
+
+
+@dataclass
+class _OfRelation(_Search):
+    """The same of answers that contradict each other: each candidate is asked with the scene that is made from it."""
+
+    relation: str = ""
+
+    @property
+    def lost(self) -> bool:
+        """Whether no answer is what is found."""
+        return False
+
+    def _ask(self, group: list[Scene]) -> None:
+        for scene, found in zip(group, contradictions(self.bench, self.relation, group), strict=True):
+            if found is not None and found[0] == self.symptom:
+                new = Failing(scene, found[1])
+                self.known[new.key] = new
+
+    def _convict(self, finding: Finding, scene: Scene) -> Finding | None:
+        del finding  # which has nothing that another scene's answers do not tell
+        found = question(self.bench, self.relation, scene)
+        same = found is not None and (found.verdict.kind, found.verdict.symptom) == (self.kind, self.symptom)
+        return found if same else None
 
 
 def _rows_of_motion(group: list[Scene]) -> Array:

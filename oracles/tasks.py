@@ -17,6 +17,7 @@ from oracles.clock import watch
 from oracles.hunt import hunting
 from oracles.library import using
 from oracles.outcome import Outcome
+from oracles.relating import relating
 from oracles.scene import Cell
 
 
@@ -68,6 +69,24 @@ class HuntTask(Task):
     def do(self, shop: Workshop) -> Outcome:
         """Search, shrink and prove."""
         return hunting(shop.bench(self.engine), self.cell, seed=shop.setup.seed + self.number)
+
+
+@dataclass(frozen=True)
+class RelateTask(Task):
+    """Relations between the answers of one engine on one pair."""
+
+    engine: str
+    pair: PairKey
+    number: int
+
+    @property
+    def name(self) -> str:
+        """Round, engine and pair."""
+        return f"relate-{self.number}-{self.engine}-{self.pair[0].__name__}-{self.pair[1].__name__}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Draw, ask, compare and prove."""
+        return relating(shop.bench(self.engine), self.pair, self.number, shop.setup.seed)
 
 
 _one_at_a_time = Lock()

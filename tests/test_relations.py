@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
@@ -9,12 +10,15 @@ import numpy as np
 import pytest
 
 from oracles.batch import Batch
+from oracles.clumsiness import odd_numbers
 from oracles.engine import COLUMNS, NATIVE, WIDTH, Answers, Convention, Effective, Engine, Kind, Status, Support
 from oracles.outcome import Kind as Verdicts
-from oracles.outcome import Verdict
+from oracles.outcome import Outcome, Verdict
+from oracles.records import outcome_from_json, outcome_to_json
 from oracles.relations import RELATIONS, Relations, question, relate
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell
 from oracles.screening import Screening
+from oracles.shrink import shrink
 from refimpl.linear import norm
 from refimpl.pairs import TABLE
 from refimpl.proof import check
@@ -432,3 +436,29 @@ def test_half_spaces_are_related_exactly_or_not_at_all() -> None:
     found = related(Reference(), HALF_SPACES, 6)
     assert told(found) == []
     assert compared(found) > 250
+
+
+def test_a_contradiction_is_shrunk_to_a_simple_scene() -> None:
+    engine = Spoiled(BALLS, _off(lambda a, b: a.radius > b.radius))
+    desk: Any = Desk(engine, Clueless())
+    finding = related(engine, BALLS, 2, ["swapped"], Clueless()).findings[0]
+    shrunk = shrink(finding, desk, tries=400)
+    assert shrunk.verdict.kind is Verdicts.INCONSISTENT
+    assert shrunk.verdict.symptom == finding.verdict.symptom
+    assert shrunk.related is not None
+    assert np.array_equal(shrunk.related.scene.a.pack(), shrunk.scene.b.pack())
+    assert odd_numbers(shrunk.scene) <= 2 < odd_numbers(finding.scene)
+    assert shrunk.repeats
+
+
+def test_a_contradiction_survives_its_record() -> None:
+    engine = Spoiled(BALLS, _off(lambda a, b: a.radius > b.radius))
+    outcome = Outcome(findings=related(engine, BALLS, 2, ["swapped"], Clueless()).findings[:2])
+    outcome.relations["spoiled", "swapped", DISTANCE, Verdicts.INCONSISTENT] = 2
+    again = outcome_from_json(json.loads(json.dumps(outcome_to_json(outcome))))
+    assert again.relations == outcome.relations
+    for one, two in zip(outcome.findings, again.findings, strict=True):
+        assert one.related is not None
+        assert two.related is not None
+        assert (one.related.scene.id, one.related.answer) == (two.related.scene.id, two.related.answer)
+        assert one.verdict.claim == two.verdict.claim
