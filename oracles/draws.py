@@ -52,24 +52,14 @@ class NumpyDraws:
         return np.asarray(np.array(values, dtype=np.float64)[picked])
 
 
-STEPS = 2**20
-"""Steps of a range; Hypothesis climbs integers, by one and then by leaps, and moves floats by whole numbers only."""
-SCATTER = 0x9E3779B97F4A7C15
-"""Odd part of 2^64 by the golden ratio: its multiples are scattered evenly (Knuth 1973)."""
-
-
 class HypothesisDraws:
-    """Numbers of one scene, drawn and shrunk by Hypothesis.
-
-    Half of the scenes have numbers that are easy to read and to shrink, the others ones that can be climbed.
-    """
+    """Numbers of one scene, drawn and shrunk by Hypothesis."""
 
     n = 1
     about = ""
 
     def __init__(self, draw: Callable[[st.SearchStrategy[Any]], Any]) -> None:
         self._draw = draw
-        self._climbs: bool = draw(st.booleans())
 
     def _fill(self, strategy: st.SearchStrategy[float], width: int) -> Array:
         count = max(width, 1)
@@ -78,19 +68,11 @@ class HypothesisDraws:
 
     def uniform(self, low: float, high: float, width: int = 0) -> Array:
         """Numbers between `low` and `high`; simple ones first."""
-        if not self._climbs:
-            return self._fill(st.floats(low, high, allow_subnormal=False), width)
-        step = (high - low) / STEPS
-        return self._fill(st.integers(0, STEPS - 1).map(lambda i: low + step * (i + scattered(i))), width)
+        return self._fill(st.floats(low, high, allow_subnormal=False), width)
 
     def choice(self, values: Sequence[float], width: int = 0) -> Array:
         """Numbers out of `values`; the first is the simplest."""
         return self._fill(st.sampled_from([float(v) for v in values]), width)
-
-
-def scattered(i: int) -> float:
-    """A number between 0 and 1 that fills the places behind those of a whole number."""
-    return float((i * SCATTER) % 2**64) / 2**64
 
 
 def log_uniform(draws: Draws, low: float, high: float, width: int = 0) -> Array:
