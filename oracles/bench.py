@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+from collections import Counter
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,14 +13,11 @@ from numpy.typing import ArrayLike
 
 from oracles import library
 from oracles.clock import timed
-from oracles.engine import Answers, Engine, EngineUnavailable
+from oracles.engine import Answers, Engine
 from oracles.engines import load_engine
 from oracles.judges import Judges
 from oracles.scene import IMPACT, Cell, Scene, cells
 from oracles.worker import EngineWorker
-
-STARTS = 3
-"""Times that the process around an engine is started for one batch; kill −9 may hit it too."""
 
 
 @dataclass(frozen=True)
@@ -72,29 +70,26 @@ class Bench:
         groups: ArrayLike | None = None,
         give_up_after: int | None = None,
     ) -> Answers:
-        """Have a batch answered (see `EngineWorker.answer`); a worker that was killed is replaced.
-
-        Raises
-        ------
-        EngineUnavailable
-            When it is lost again and again.
-        """
+        """Have a batch answered (see `EngineWorker.answer`)."""
         with timed(f"engine {self.name}"):
-            for start in range(1, STARTS + 1):
-                try:
-                    return self.worker.answer(
-                        cell.query, cell.type_a, cell.type_b, *rows, groups=groups, give_up_after=give_up_after
-                    )
-                except EngineUnavailable:
-                    self.close()
-                    if start == STARTS:
-                        raise
-        raise AssertionError("unreachable")
+            return self.worker.answer(
+                cell.query, cell.type_a, cell.type_b, *rows, groups=groups, give_up_after=give_up_after
+            )
 
     def ask(self, scene: Scene) -> Answers:
         """Have one scene answered."""
         first, second = scene.rows
         return self.answer(scene.cell, (first[None], second[None]))
+
+    def renew(self) -> None:
+        """Have the engine forget what it was asked before."""
+        if self._worker is not None:
+            self._worker.renew()
+
+    def incidents(self) -> Counter[str]:
+        """What has happened to the engine's process since this was last asked, in sentences, and how often."""
+        found = Counter() if self._worker is None else self._worker.take_incidents()
+        return Counter({f"{self.name}: {text}": number for text, number in found.items()})
 
     def close(self) -> None:
         """End the engine's process; the next question starts another."""

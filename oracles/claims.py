@@ -244,7 +244,8 @@ class Questioned:
 
         Where unions overlap, the answer may be that of one pair of pieces, and others may overlap still.
         """
-        move = np.where(made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0)
+        normal = np.where(made[:, None], self.answers.normal, 0.0)
+        move = -scale(np.where(made, self.answers.distance, 0.0), normal)
         made = made & (np.abs(move).max(axis=-1) < 1e150)
         zero, move = self._nothing, np.where(made[:, None], move, 0.0)
         low = np.where(self._of_a_piece(made, margin), -np.inf, zero)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from oracles.bench import Workshop
 from oracles.engine import Engine
-from oracles.impact_regimes import regimes_of
+from oracles.impact_regimes import is_of_impacts
 from oracles.outcome import ANSWERED, Finding, Kind, Run
-from oracles.scene import Scene
+from oracles.scene import IMPACT, Scene
 
 
 def write_scripts(run: Run, shop: Workshop) -> None:
@@ -29,7 +29,10 @@ def _scripts(engine: Engine, finding: Finding) -> str:
 def _script(engine: Engine, scene: Scene) -> str:
     rows = [row.tolist() for row in scene.rows]
     try:
-        return engine.repro(scene.query, scene.cell.type_a, scene.cell.type_b, *rows)
+        script = engine.repro(scene.query, scene.cell.type_a, scene.cell.type_b, *rows)
+        return (
+            script if isinstance(script, str) else f"# {engine.name} wrote a {type(script).__name__} for this scene\n"
+        )
     except Exception as error:  # an adapter's mistake must not cost the report
         return f"# {engine.name} wrote no script for this scene: {type(error).__name__}: {str(error)[:500]!r}\n"
 
@@ -46,7 +49,7 @@ def silent_cells(run: Run) -> list[str]:
     }
     for cell, note in run.support.items():
         engine, query, pair = cell
-        wanted = regimes_of(query)
+        wanted = [name for name in run.regimes if is_of_impacts(name) == (query == IMPACT)]
         lacking = [regime for regime in wanted if (*cell, regime) not in compared]
         if note.kind != "unsupported" and lacking:
             regimes = f"{len(lacking)} of {len(wanted)} regimes: {', '.join(lacking)}"

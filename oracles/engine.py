@@ -384,7 +384,8 @@ class Engine(ABC):
 def faults(query: str, says: frozenset[str], table: Array) -> dict[int, str]:
     """Answer rows that are no answers: a promised column is NaN, or a hit is neither 1 nor 0."""
     hit = table[:, 0]
-    if not np.isnan(table[:, _places(says)]).any() and ("hit" not in says or ((hit == 0) | (hit == 1)).all()):
+    whole = not len(table) or not any(np.isnan(table[:, run].min()) for run in _runs(says))
+    if whole and ("hit" not in says or ((hit == 0) | (hit == 1)).all()):
         return {}
     found: dict[int, str] = {}
     described = np.full(len(table), True) if query == DISTANCE else table[:, 0] != 0
@@ -406,6 +407,11 @@ def faults(query: str, says: frozenset[str], table: Array) -> dict[int, str]:
 
 
 @cache
-def _places(says: frozenset[str]) -> list[int]:
-    """Indices of columns."""
-    return [place for name in COLUMNS if name in says for place in range(WIDTH)[COLUMNS[name]]]
+def _runs(says: frozenset[str]) -> list[slice]:
+    """Columns as runs of neighbours."""
+    runs: list[slice] = []
+    for name in COLUMNS:
+        if name in says:
+            begin = runs.pop().start if runs and runs[-1].stop == COLUMNS[name].start else COLUMNS[name].start
+            runs.append(slice(begin, COLUMNS[name].stop))
+    return runs

@@ -9,6 +9,7 @@ import numpy as np
 
 from oracles.impact_regimes import IMPACT_REGIMES
 from oracles.impact_stages import TARGETS
+from oracles.plain_bodies import plain_pairs
 from oracles.plain_impacts import plain_impacts
 from oracles.regimes import REGIMES
 from oracles.scene import IMPACT, Cell, Scene
@@ -18,7 +19,7 @@ from refimpl.linear import Array
 ROUND = (0.0, 0.0, 0.0, 1.0, -1.0, 0.5, 2.0, -0.5, -2.0)
 """What is drawn where any number will do; 0 most often, so that much stands along the axes."""
 USUAL = ("aligned", "generic", "touching", "face_on_face")
-FORMS, EACH = 6, 8
+FORMS, EACH = 4, 8
 FORMS_OF_IMPACTS = 2
 """Batches of each regime, in each of which all proxies have one form, and scenes in a batch."""
 
@@ -45,7 +46,7 @@ class RoundDraws:
 @lru_cache(maxsize=64)
 def plain_scenes(cell: Cell, regime: str) -> tuple[Scene, ...]:
     """Scenes of a cell, of round numbers, in the usual regimes and in one more; always the same."""
-    found: list[Scene] = list(plain_impacts(cell)) if cell.query == IMPACT else []
+    found = list(plain_impacts(cell) if cell.query == IMPACT else plain_pairs(cell))
     impacts = cell.query == IMPACT
     if impacts and (cell.type_a, cell.type_b) not in TARGETS:
         return ()

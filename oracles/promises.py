@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from oracles.adapters import effective_of
 from oracles.claims import OTHER_DEPTHS
 from oracles.engine import Answers, Convention, Effective, Engine, Status
 from oracles.reference import UNIONS
@@ -94,7 +95,7 @@ class Used:
 def used(engine: Engine, cell: Cell, a: Proxy, b: Proxy) -> tuple[Used, Used]:
     """Both sides of a batch as the engine effectively uses them."""
     rows = a.pack(), b.pack()
-    found = engine.effective(cell.query, cell.type_a, rows[0], cell.type_b, rows[1])
+    found = effective_of(engine, cell, *rows)
     return Used(found[0], a, rows[0]), Used(found[1], b, rows[1])
 
 

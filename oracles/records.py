@@ -14,10 +14,10 @@ from typing import Any
 from oracles.impact_judge import broken_by
 from oracles.outcome import Finding, Kind, Outcome, Related, Severity, Verdict
 from oracles.scene import Scene
-from refimpl.proof import Certificate, check, from_json, to_json
+from refimpl.proof import Certificate, check, from_json
 from refimpl.proof.claims import Bound
 from refimpl.proof.impacts import ImpactCertificate
-from refimpl.proof.wire import impact_from_json, impact_to_json
+from refimpl.proof.wire import certificate_to_json, impact_from_json
 
 LONGEST_TEXT = 2_000
 """Characters of any text that is read back."""
@@ -36,6 +36,7 @@ def outcome_to_json(outcome: Outcome) -> dict[str, Any]:
         "hunters": dict(outcome.hunters),
         "timing": outcome.timing,
         "problems": outcome.problems,
+        "incidents": dict(outcome.incidents),
         "lacking": sorted(outcome.lacking),
         "findings": [finding_to_json(finding) for finding in outcome.findings],
     }
@@ -60,6 +61,7 @@ def outcome_from_json(data: Any) -> Outcome:
             hunters=Counter({_text(name): _count(n) for name, n in data["hunters"].items()}),
             timing={_text(name): float(spent) for name, spent in data["timing"].items()},
             problems=[_text(line) for line in data["problems"]],
+            incidents=Counter({_text(line): _count(n) for line, n in data["incidents"].items()}),
             lacking=set(_texts(data["lacking"])),
             digest=_text(data["digest"]),
         )
@@ -101,24 +103,15 @@ def finding_to_json(finding: Finding) -> dict[str, Any]:
         "answer": finding.answer,
         "reference": finding.reference,
         "text": finding.text,
+        "repeats": finding.repeats,
+        "related": None if finding.related is None else _related_to_json(finding.related),
         **{
             name: getattr(verdict, name)
             for name in ("kind", "symptom", "severity", "amount", "lower", "upper", "claim")
         },
         "certificate": None if verdict.certificate is None else certificate_to_json(verdict.certificate),
         "proof_scene": None if verdict.proof_scene is None else verdict.proof_scene.to_json(),
-        "related": None if finding.related is None else related_to_json(finding.related),
     }
-
-
-def related_to_json(related: Related) -> dict[str, Any]:
-    """Return the other scene of a relation as plain data."""
-    return {"relation": related.relation, "scene": related.scene.to_json(), "answer": related.answer}
-
-
-def related_from_json(data: Any) -> Related:
-    """Read what `related_to_json` gave."""
-    return Related(_text(data["relation"]), Scene.from_json(data["scene"]), _answer(data["answer"]))
 
 
 def finding_from_json(data: Any) -> Finding:
@@ -145,8 +138,18 @@ def finding_from_json(data: Any) -> Finding:
     if gap:
         raise ValueError(gap)
     answer, reference = _answer(data["answer"]), _answer(data["reference"])
-    related = None if data["related"] is None else related_from_json(data["related"])
-    return Finding(_text(data["engine"]), scene, answer, reference, verdict, _text(data["text"]), related=related)
+    other = data.get("related")  # which witnesses of older ledgers do not have
+    related = None if other is None else _related_from_json(other)
+    text, repeats = _text(data["text"]), bool(data["repeats"])
+    return Finding(_text(data["engine"]), scene, answer, reference, verdict, text, repeats, related)
+
+
+def _related_to_json(related: Related) -> dict[str, Any]:
+    return {"relation": related.relation, "scene": related.scene.to_json(), "answer": related.answer}
+
+
+def _related_from_json(data: Any) -> Related:
+    return Related(_text(data["relation"]), Scene.from_json(data["scene"]), _answer(data["answer"]))
 
 
 def _answer(data: Any) -> dict[str, object]:
@@ -155,11 +158,6 @@ def _answer(data: Any) -> dict[str, object]:
         _text(name): [float(x) for x in value[:3]] if isinstance(value, list) else float(value)
         for name, value in data.items()
     }
-
-
-def certificate_to_json(certificate: Certificate | ImpactCertificate) -> dict[str, Any]:
-    """Return a certificate of either kind as plain data."""
-    return impact_to_json(certificate) if isinstance(certificate, ImpactCertificate) else to_json(certificate)
 
 
 def certificate_from_json(data: Any, scene: Scene) -> Certificate | ImpactCertificate:

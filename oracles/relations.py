@@ -12,7 +12,7 @@ sides. What it cannot prove is an inconsistency, and the two answers are the pro
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -30,7 +30,6 @@ from oracles.outcome import FINDINGS, Finding, Kind, Related, RelationKey, Verdi
 from oracles.related import Asked, Difference, Image, difference
 from oracles.relation import RELATIONS, Relation
 from oracles.scene import CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, Scene, packed_rows
-from oracles.simpler import batch_of, by_form
 from oracles.words import said_of, severity_of
 from refimpl.linear import Array, Bools
 from refimpl.pairs import TABLE
@@ -135,24 +134,6 @@ def question(bench: Bench, name: str, scene: Scene) -> Finding | None:
     return found.findings[0] if found.findings else None
 
 
-def contradictions(bench: Bench, name: str, scenes: Sequence[Scene]) -> list[tuple[str, float] | None]:
-    """Symptom and amount of what contradicts itself at first sight, for scenes of one cell and form; unproven."""
-    cell, groups = scenes[0].cell, by_form(list(scenes))
-    found: dict[int, tuple[str, float]] = {}
-    for group in groups:
-        moving = [scene.motion.pack() for scene in group if scene.motion is not None]
-        motion = Motion.unpack(np.stack(moving)) if moving else None
-        a, b = batch_of([scene.a for scene in group]), batch_of([scene.b for scene in group])
-        asked = Asked(bench.engine, cell, a, b, motion, _ask(bench, cell, a, b, motion, None))
-        for pair, rows in _pairs(bench, RELATIONS[name], asked, group, Relations()):
-            first, second = _suspects(bench, pair)
-            for i, row in enumerate(rows.tolist()):
-                if _at_first_sight(pair, i, first, second) is Kind.INCONSISTENT:
-                    amount = max(float(pair.found.excess[i]), 0.0)
-                    found.setdefault(id(group[row]), (_symptom(pair, i), amount))
-    return [found.get(id(scene)) for scene in scenes]
-
-
 def _ask(
     bench: Bench, cell: Cell, a: Proxy, b: Proxy, motion: Motion | None, groups: NDArray[np.int_] | None
 ) -> Answers:
@@ -160,14 +141,6 @@ def _ask(
 
 
 def _relate(bench: Bench, relation: Relation, asked: Asked, scenes: Sequence[Scene], found: Relations) -> None:
-    for pair, _ in _pairs(bench, relation, asked, scenes, found):
-        _file(bench, pair, found)
-
-
-def _pairs(
-    bench: Bench, relation: Relation, asked: Asked, scenes: Sequence[Scene], found: Relations
-) -> Iterator[tuple[_Pair, NDArray[np.int_]]]:
-    """Images of a batch with their answers, and the rows that they are of; what has none is counted in `found`."""
     name, query = asked.engine.name, asked.cell.query
     for image in relation.images(asked):
         support = asked.engine.support(image.cell.query, image.cell.type_a, image.cell.type_b)
@@ -180,7 +153,7 @@ def _pairs(
         found.counts[name, relation.name, query, Kind.SKIPPED] += int(np.count_nonzero(~exists))
         found.counts[name, relation.name, query, Kind.CONVENTION] += int(np.count_nonzero(exists)) - len(rows)
         if rows.size:
-            yield _compare(bench, relation, asked, image, rows, loose[rows], scenes), rows
+            _file(bench, _compare(bench, relation, asked, image, rows, loose[rows], scenes), found)
 
 
 def _compare(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oracles.adapters import effective_of
 from oracles.claims import Questioned
 from oracles.engine import Answers, Bound, Convention, Effective, Engine, Status
 from oracles.reference import error_of, kept_shape
@@ -40,7 +41,7 @@ class Rules:
     def effectively(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Questioned:
         """The same on the shapes that the engine effectively uses: the very ones given, where these are the same."""
         rows = a.pack(), b.pack()
-        used = self.engine.effective(cell.query, cell.type_a, rows[0], cell.type_b, rows[1])
+        used = effective_of(self.engine, cell, *rows)
         shapes = tuple(_shape(one, given, row) for one, given, row in zip(used, (a, b), rows, strict=True))
         return self._questioned(cell, (shapes[0], shapes[1]), (used[0].margin, used[1].margin), answers)
 

@@ -14,29 +14,49 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain, islice
+from random import Random
 
 import numpy as np
+from hypothesis import HealthCheck, find, settings
+from hypothesis.errors import NoSuchExample
 
-from oracles.answers import reference_for, said
-from oracles.clumsiness import odd_numbers
+from oracles.clumsiness import clumsiness, odd_numbers
 from oracles.engine import Array
+from oracles.home import at_home
+from oracles.judges import finding_of
 from oracles.likeness import Failing, failing, key_of
 from oracles.motion import Motion
 from oracles.outcome import Finding, Kind
 from oracles.plain import plain_scenes
+from oracles.plain_bodies import plain_pairs
 from oracles.plain_impacts import restaged, simpler_motions
 from oracles.reference import is_quick
-from oracles.relations import Bench, contradictions, question
+from oracles.relations import Bench, question
 from oracles.scene import IMPACT, Cell, Scene, packed_rows
-from oracles.simpler import batch_of, by_form, kept_apart, moved, simpler_proxies
+from oracles.simpler import batch_of, by_form, kept_apart, moved, several_changed, simpler_proxies
 
-TRIES = 3000
-"""Scenes that are put before an engine for one finding."""
-TRIES_SEARCHED = 600
+TRIES = 1600
+"""Scenes that are put before an engine for one finding; for each further one of the same symptom half as many."""
+TRIES_SEARCHED = 800
 """Where the judge has to search for each answer."""
+TRIES_FORMED = 400
+"""Where making a proxy takes time as well: hulls, slabs, meshes, composites."""
+TRIES_RELATED = 100
+"""Where a relation between two scenes is broken: each try asks the engine twice, on its own."""
 TRIES_LOST = 6
 """Where the engine was lost, or ran out of time, on the scene: each try may cost as much again."""
+TRIES_LEAST = 200
 MOST_STEPS = 40
+FEW = 3
+"""Numbers that a person takes in at a glance."""
+CAREFULLY = settings(
+    max_examples=100, database=None, deadline=None, suppress_health_check=list(HealthCheck), derandomize=False
+)
+NEAR = 12
+"""Plain scenes of which the bodies are brought to each of the gaps."""
+AT_ONCE = 150
+"""Candidates that are asked before one looks whether one of them will do."""
 GIVE_UP_AFTER = 1
 """Candidates of a batch that may run out of time before the rest of it is left."""
 GAPS = [sign * 10.0**-k for k in range(16) for sign in (1.0, -1.0)]
@@ -65,14 +85,14 @@ def shrink_all(findings: Sequence[Finding], bench: Bench, *, tries: int | None =
     list of Finding
         Each with a verdict of its own; one that does not come again is marked as such.
     """
+    findings = [at_home(finding, bench) for finding in findings]
     groups: dict[tuple[Cell, Kind, str, str], list[int]] = {}
     for i, finding in enumerate(findings):
         relation = finding.related.relation if finding.related else ""
         groups.setdefault((finding.scene.cell, finding.verdict.kind, finding.verdict.symptom, relation), []).append(i)
     found = list(findings)
-    for (cell, kind, symptom, relation), numbers in groups.items():
-        key = bench, cell, kind, symptom
-        search = _OfRelation(*key, relation=relation) if relation else _Search(*key)
+    for key, numbers in groups.items():
+        search = _SearchOfRelated(bench, *key) if key[3] else _Search(bench, *key)
         for i, result in zip(numbers, search.shrink([findings[i] for i in numbers], tries), strict=True):
             found[i] = result
     return found
@@ -86,6 +106,8 @@ class _Search:
     cell: Cell
     kind: Kind
     symptom: str
+    relation: str = ""
+    """Name of the relation between two scenes that is broken, where that is what is wrong."""
     known: dict[bytes, Failing] = field(default_factory=dict)
     """Scenes on which the engine fails in this way."""
     asked: set[bytes] = field(default_factory=set)
@@ -93,6 +115,8 @@ class _Search:
     """Scenes around which nothing simpler is."""
     proven: dict[bytes, Finding | None] = field(default_factory=dict)
     tries: int = 0
+    searched: int = 0
+    """Findings for which the engine has been asked."""
 
     @property
     def lost(self) -> bool:
@@ -103,11 +127,14 @@ class _Search:
         """Shrink findings one after the other; what the later ones learn may lead the earlier ones farther."""
         if self.kind is Kind.REFERENCE_WRONG:
             return findings
-        if not self.lost:
+        ways = [[failing(finding)] for finding in findings]
+        if self.lost:
+            self.known = {way[0].key: way[0] for way in ways}
+        else:
             self.tries = len(findings)
             self.ask(finding.scene for finding in findings)
-        repeats = [self.lost or key_of(finding.scene) in self.known for finding in findings]
-        ways = [[failing(finding)] for finding in findings]
+        repeats = [way[0].key in self.known or self._convict(way[0].scene) is not None for way in ways]
+        self.proven = {way[0].key: finding for way, finding in zip(ways, findings, strict=True)}
         for way, again, finding in zip(ways, repeats, findings, strict=True):
             if again:
                 self._go(way, finding.scene.regime, tries)
@@ -120,25 +147,59 @@ class _Search:
 
     def _go(self, way: list[Failing], regime: str, tries: int | None) -> None:
         """Find better and better scenes."""
-        quick = is_quick(self.cell.type_a, self.cell.type_b)
-        self.tries = tries or (TRIES_LOST if self.lost else TRIES if quick else TRIES_SEARCHED)
         self._go_on(way)
+        if way[-1].key in self.exhausted:
+            return
+        allowance = self._allowance() if tries is None else tries
+        self.tries = min(allowance, max(TRIES_LEAST, allowance >> self.searched))
+        self.searched += 1
         self.ask(plain_scenes(self.cell, regime))
         self._go_on(way)
         for _ in range(MOST_STEPS):
-            if self.lost or way[-1].key in self.exhausted or not self._improve(way):
+            if self.lost or way[-1].key in self.exhausted:
                 break
+            if not (self._improve(way) or self._improve_jointly(way)):
+                break
+
+    def _allowance(self) -> int:
+        """How many scenes may be tried for one finding, by what each costs."""
+        kinds = self.cell.type_a, self.cell.type_b
+        if self.lost:
+            return 0 if self.asked else TRIES_LOST
+        if any(kind.header for kind in kinds):
+            return TRIES_FORMED
+        return TRIES if is_quick(*kinds) else TRIES_SEARCHED
 
     def _improve(self, way: list[Failing]) -> bool:
         """Try everything around the last scene, until something is better."""
         best = way[-1]
-        for candidates in _passes(best):
-            self.ask(candidates)
+        candidates = chain.from_iterable(_passes(best))
+        while self.tries > 0 and (some := list(islice(candidates, AT_ONCE))):
+            self.ask(some)
             if self._go_on(way):
                 return True
         if self.tries > 0:
             self.exhausted.add(best.key)
         return False
+
+    def _improve_jointly(self, way: list[Failing]) -> bool:
+        """Have Hypothesis look for several numbers that can be made simpler together, where many are odd."""
+        best = way[-1]
+        if odd_numbers(best.scene) <= FEW or best.scene.motion is not None:
+            return False
+
+        def is_better(scene: Scene) -> bool:
+            if clumsiness(scene) >= clumsiness(best.scene) or not self.tries > 0:
+                return False
+            self.ask([scene])
+            found = self.known.get(key_of(scene))
+            return found is not None and best.best_of([found]) is found
+
+        try:
+            find(several_changed(best.scene), is_better, settings=CAREFULLY, random=Random(0))
+        except NoSuchExample:
+            return False
+        return self._go_on(way)
 
     def _go_on(self, way: list[Failing]) -> bool:
         """Go to the best of what is known and may be gone to, and on from there."""
@@ -177,7 +238,7 @@ class _Search:
         """Convict the engine on the last scene on the way on which that succeeds."""
         for step in reversed(way[1:]):
             if step.key not in self.proven:
-                self.proven[step.key] = self._convict(finding, step.scene)
+                self.proven[step.key] = self._convict(step.scene)
             found = self.proven[step.key]
             if found is not None:
                 origin, regime = finding.scene.source, finding.scene.regime
@@ -185,39 +246,32 @@ class _Search:
                 return replace(found, scene=replace(found.scene, regime=regime, source=source))
         return finding
 
-    def _convict(self, finding: Finding, scene: Scene) -> Finding | None:
-        """The finding on another scene, proven; none where the engine does not fail there in the same way."""
+    def _convict(self, scene: Scene) -> Finding | None:
+        """A finding on this scene, proven; none where the engine does not fail there in the same way."""
         first, second = scene.rows
         answers = self.bench.answer(self.cell, (first[None], second[None]))
         verdict = self.bench.judges.convict(scene, answers)
         if verdict.kind is not self.kind or verdict.symptom != self.symptom:
             return None
-        text = answers.errors.get(0, "")
-        return Finding(finding.engine, scene, said(answers, 0), said(reference_for(scene), 0), verdict, text)
+        return finding_of(self.bench.engine.name, scene, answers, verdict)
 
 
-@dataclass
-class _OfRelation(_Search):
-    """The same of answers that contradict each other: each candidate is asked with the scene that is made from it."""
+class _SearchOfRelated(_Search):
+    """The same for an engine that contradicts itself about two scenes, of which one is made from the other."""
 
-    relation: str = ""
-
-    @property
-    def lost(self) -> bool:
-        """Whether no answer is what is found."""
-        return False
+    def _allowance(self) -> int:
+        return TRIES_RELATED
 
     def _ask(self, group: list[Scene]) -> None:
-        for scene, found in zip(group, contradictions(self.bench, self.relation, group), strict=True):
-            if found is not None and found[0] == self.symptom:
-                new = Failing(scene, found[1])
+        for scene in group:
+            found = question(self.bench, self.relation, scene)
+            if found is not None and found.verdict.symptom == self.symptom:
+                new = Failing(scene, found.verdict.amount)
                 self.known[new.key] = new
 
-    def _convict(self, finding: Finding, scene: Scene) -> Finding | None:
-        del finding  # which has nothing that another scene's answers do not tell
+    def _convict(self, scene: Scene) -> Finding | None:
         found = question(self.bench, self.relation, scene)
-        same = found is not None and (found.verdict.kind, found.verdict.symptom) == (self.kind, self.symptom)
-        return found if same else None
+        return found if found is not None and found.verdict.symptom == self.symptom else None
 
 
 def _rows_of_motion(group: list[Scene]) -> Array:
@@ -227,15 +281,28 @@ def _rows_of_motion(group: list[Scene]) -> Array:
 def _passes(best: Failing) -> Iterator[Iterable[Scene]]:
     """Candidates around a scene, the boldest first."""
     scene = best.scene
-    if not best.strain and best.is_gross and odd_numbers(scene) == 0:
+    if not best.strain and odd_numbers(scene) == 0:
+        if best.slightness and scene.motion is None:
+            yield kept_apart([scene], GAPS)
         return
     if scene.motion is not None:
-        yield [replace(scene, motion=motion) for motion in simpler_motions(scene.motion)]
         yield restaged(scene)
+        yield (replace(scene, motion=motion) for motion in simpler_motions(scene.motion))
         return
     yield moved(scene)
     yield kept_apart([scene], GAPS)
-    changed = [replace(scene, a=x) for x in simpler_proxies(scene.a)]
-    changed += [replace(scene, b=y) for y in simpler_proxies(scene.b)]
-    yield changed
-    yield kept_apart(changed, [0.0])
+    if best.slightness or "nearly touching" in best.special:
+        yield kept_apart(list(islice(plain_pairs(scene.cell), NEAR)), GAPS)
+    yield _changed(scene)
+    yield from (kept_apart(some, [0.0]) for some in _in_parts(_changed(scene)))
+
+
+def _changed(scene: Scene) -> Iterator[Scene]:
+    """One of both proxies simpler."""
+    yield from (replace(scene, a=a) for a in simpler_proxies(scene.a))
+    yield from (replace(scene, b=b) for b in simpler_proxies(scene.b))
+
+
+def _in_parts(scenes: Iterator[Scene]) -> Iterator[list[Scene]]:
+    while some := list(islice(scenes, AT_ONCE)):
+        yield some

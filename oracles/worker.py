@@ -16,7 +16,7 @@ from oracles.isolation.board import NOWHERE_YET, PENDING, REMARKED, Job
 from oracles.isolation.guarded import Guarded, GuardLost
 from oracles.isolation.hands import Limits
 from oracles.motion import WIDTH
-from oracles.scene import IMPACT
+from oracles.scene import IMPACT, Scene
 
 MEMORY_LIMIT = 2 << 30
 START_LIMIT = 120.0
@@ -77,6 +77,7 @@ class EngineWorker:
         self.engine_spec = engine_spec
         self.incidents: Counter[str] = Counter()
         self._job: Job | None = None
+        self._renewed = False
         self._guarded = Guarded(engine_spec, Limits(call_limit, memory_limit, start_limit))
         self._end = weakref.finalize(self, self._guarded.end)
         try:
@@ -110,6 +111,11 @@ class EngineWorker:
         self.submit(query, A, B, rows_a, rows_b, groups=groups, give_up_after=give_up_after)
         return self.result()
 
+    def ask(self, scene: Scene) -> Answers:
+        """Have one scene answered."""
+        rows = (row[None] for row in scene.rows)
+        return self.answer(scene.query, type(scene.a), type(scene.b), *rows)
+
     def submit(
         self,
         query: str,
@@ -131,7 +137,8 @@ class EngineWorker:
             raise RuntimeError("the worker is at work on another batch: take its result first")
         if not self._end.alive:
             raise EngineUnavailable(f"the worker of {self.engine_spec} is closed")
-        self._job = Job(query, A, B, len(a), a.shape[1], b.shape[1], give_up_after)
+        self._job = Job(query, A, B, len(a), a.shape[1], b.shape[1], give_up_after, self._renewed)
+        self._renewed = False
         self._guarded.board.fill(a, b, labels)
         self._guarded.ask(self._job)
 
@@ -156,6 +163,9 @@ class EngineWorker:
         for i, text in faults(job.query, board.promised(), table).items():
             if status[i] == Status.ANSWERED:
                 status[i], table[i], texts[i] = Status.ERROR, np.nan, text
+        for i, text in texts.items():
+            if status[i] in (Status.ANSWERED, Status.SKIPPED):
+                self.incidents[f"{text}: {in_words(job)}"] += 1
         return Answers.from_table(status, table, texts)
 
     def _restart(self, job: Job, how: str, lost_at: Counter[int]) -> None:
@@ -165,7 +175,7 @@ class EngineWorker:
         board = self._guarded.board
         at = int(board.at[0])
         lost_at[at] += 1
-        self.incidents[f"{how}, while asked for {job.query} {job.A.__name__}–{job.B.__name__}; started again"] += 1
+        self.incidents[f"{how}, and was started again: {in_words(job)}"] += 1
         if lost_at[at] > 1 and 0 <= at < job.size and board.status[at] == PENDING:
             board.pin(at, Status.CRASHED, f"{how}, twice at this scene")
         if lost_at.total() > MOST_RESTARTS:
@@ -174,6 +184,10 @@ class EngineWorker:
         board.at[0] = NOWHERE_YET
         self._guarded.start()
         self._guarded.ask(job)
+
+    def renew(self) -> None:
+        """Have the next batch answered by a fresh process, in which the engine was asked nothing before."""
+        self._renewed = True
 
     def take_incidents(self) -> Counter[str]:
         """Return `incidents`, and begin a new list."""
@@ -201,6 +215,11 @@ class EngineWorker:
     def __exit__(self, *_: object) -> None:
         """Close."""
         self.close()
+
+
+def in_words(job: Job) -> str:
+    """Name a job's cell."""
+    return f"{job.query} {job.A.__name__}–{job.B.__name__}"
 
 
 def _rows(kind: Kind, rows: ArrayLike, name: str, behind: int = 0) -> Array:

@@ -107,7 +107,7 @@ def _details() -> list[str]:
         f"<details><summary>All {len(by_pair)} pairs: algorithm, worst error seen, time</summary>",
         "",
         "Error relative to the scene's size, against 50 digits; median time of one pair alone, and of one in batches",
-        "of 10 000; how many times the rate of python-fcl and PyBullet the latter is.",
+        "of 10 000; how many times the rate of python-fcl and PyBullet the latter is. Everything in one thread.",
         "",
         "| pair | | algorithm | worst error | alone | in a batch | × FCL | × Bullet |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",

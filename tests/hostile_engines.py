@@ -11,6 +11,7 @@ import decimal
 import gc
 import itertools
 import locale
+import math
 import mmap
 import os
 import signal
@@ -20,12 +21,14 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from oracles.engine import AnswerRow, Kind, Row, Solver, answer_row
-from tests.wrong_engines import Answer, Honest, ball_ball, of_query
+from oracles.engine import AnswerRow, Array, Effective, Kind, Row, Solver, answer_row
+from oracles.scene import CONTACTS, DISTANCE
+from tests.wrong_engines import Answer, Honest, OffByAThousandth, ball_ball, of_query
 
 FE_TONEAREST, FE_DOWNWARD, FE_UPWARD, FE_TOWARDZERO = 0x0, 0x400, 0x800, 0xC00
 SPARE_MEMORY = 1500 << 20
@@ -89,6 +92,11 @@ HOME = os.getcwd()
 @trick
 def kills_itself(_: AnswerRow) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+@trick
+def sends_itself_a_nameless_signal(_: AnswerRow) -> None:
+    os.kill(os.getpid(), signal.SIGRTMIN + 5)
 
 
 @trick
@@ -503,3 +511,97 @@ class RoundsUpFromTheStart(Honest):
 
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
         return super().spoil(answer | {"distance": float(ctypes.CDLL(None).fegetround())}, row_a)
+
+
+# -- right answers with bad manners, in every scene or in some -----------------------------------------------
+
+
+class Unhurried(Honest):
+    """Right, in its own time."""
+
+    name: ClassVar[str] = "unhurried"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        time.sleep(0.002)
+        return super().spoil(answer, row_a)
+
+
+class ChangesRounding(Honest):
+    name: ClassVar[str] = "changes-rounding"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        row = super().spoil(answer, row_a)
+        ctypes.CDLL(None).fesetround(FE_UPWARD)
+        return row
+
+
+class LeavesAnError(Honest):
+    name: ClassVar[str] = "leaves-an-error"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        np.seterr(all="raise")
+        return super().spoil(answer, row_a)
+
+
+class RaisesOnEffective(OffByAThousandth):
+    name: ClassVar[str] = "raises-on-effective"
+
+    def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> tuple[Effective, Effective]:
+        if query == CONTACTS:
+            raise SystemExit(UnspeakableError())
+        return super().effective(query, A, rows_a, B, rows_b)
+
+
+class RubbishEffective(OffByAThousandth):
+    """Says nothing of itself that can be used, once it is asked in earnest."""
+
+    name: ClassVar[str] = "rubbish-effective"
+
+    def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> Any:
+        given = super().effective(query, A, rows_a, B, rows_b)
+        if query == CONTACTS:
+            return given[0], Effective(B, rows_b, np.full(len(rows_b), -1.0))
+        if query == DISTANCE:
+            return given[0], Effective(B, rows_b[:-1] * math.nan, given[1].margin)
+        return [*given]
+
+    def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> Any:
+        return 7
+
+
+class LeavesChildren(Honest):
+    """Leaves a child at its first call, and another whenever that is gone."""
+
+    name: ClassVar[str] = "leaves-children"
+
+    def __init__(self) -> None:
+        self.child: subprocess.Popen[bytes] | None = None
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        if self.child is None:
+            self.child = subprocess.Popen(["sleep", "3600"], start_new_session=True)
+        return super().spoil(answer, row_a)
+
+
+class Rubbish(Honest):
+    """Answers nonsense of another kind for each decade of the first coordinate, where that is positive."""
+
+    name: ClassVar[str] = "rubbish"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        kinds = list(NONSENSE.values())
+        if row_a[0] > 0:
+            nonsense: AnswerRow = kinds[int(math.log10(row_a[0]) + 400) % len(kinds)][0]
+            return nonsense
+        return super().spoil(answer, row_a)
+
+
+class Sleeper(Honest):
+    """Sleeps in its first call, once it has left a file in the folder that the environment names."""
+
+    name: ClassVar[str] = "sleeper"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        Path(os.environ["PROXYPROOF_ASLEEP"]).touch()
+        time.sleep(3600)
+        return super().spoil(answer, row_a)

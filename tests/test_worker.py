@@ -260,6 +260,17 @@ def test_megabytes_of_output_reach_nobody(capfd: pytest.CaptureFixture[str]) -> 
     assert capfd.readouterr() == ("", "")
 
 
+def test_a_renewed_worker_remembers_nothing() -> None:
+    with worker(wrong.Remembering) as at_work:
+        at_work.renew()
+        assert at_work.answer(DISTANCE, Sphere, Sphere, *balls(-1.0, -1.0)).distance.tolist() == [0, 1]
+        assert at_work.answer(DISTANCE, Sphere, Sphere, *balls(-1.0, -1.0)).distance.tolist() == [2, 3]
+        at_work.renew()
+        assert at_work.answer(DISTANCE, Sphere, Sphere, *balls(-1.0, -1.0)).distance.tolist() == [0, 1]
+        assert at_work.answer(DISTANCE, Sphere, Sphere, *balls(-1.0, -1.0)).distance.tolist() == [2, 3]
+        assert at_work.incidents == {}
+
+
 @LINUX
 def test_a_hand_that_ended_between_two_batches_is_replaced() -> None:
     with worker(wrong.Honest) as at_work:

@@ -29,7 +29,7 @@ NOWHERE_YET = -1
 TEXT = 640
 """Bytes for the text of one scene."""
 LONGEST_TEXT = 300
-"""Characters of the text of one scene."""
+"""Characters of what an engine says or raises that are quoted."""
 HEADER = 64
 
 
@@ -53,6 +53,8 @@ class Job:
     width_a: int
     width_b: int
     give_up_after: int | None
+    renewed: bool = False
+    """Whether a fresh hand is wanted, which was not asked anything before."""
 
 
 class Board:
@@ -74,11 +76,14 @@ class Board:
         self.descriptor = anonymous_file() if descriptor is None else descriptor
         self.memory = mmap.mmap(-1, mmap.PAGESIZE)
         self.mapped = 0
+        self.layout = (-1, 0, 0)
         self.open(0, 0, 0)
 
     def open(self, size: int, width_a: int, width_b: int) -> None:
         """Lay out for a job, mapping more memory where it needs more."""
-        self.size = size
+        if (size, width_a, width_b) == self.layout:
+            return
+        self.layout = size, width_a, width_b
         place, offsets = HEADER, []
         for item in (8 * size, 8 * size * width_a, 8 * size * width_b, 8 * size * WIDTH, size, size * TEXT):
             offsets.append(place)
@@ -124,8 +129,8 @@ class Board:
         self.status[i] = status
 
     def write_text(self, i: int, text: str) -> None:
-        """Put down a text, cut short."""
-        data = text[:LONGEST_TEXT].encode("utf-8", "replace")[: TEXT - 2]
+        """Put down a text, cut where there is no more room."""
+        data = text.encode("utf-8", "replace")[: TEXT - 2]
         start = self.texts + i * TEXT
         self.memory[start : start + 2] = len(data).to_bytes(2, "little")
         self.memory[start + 2 : start + 2 + len(data)] = data
@@ -134,7 +139,7 @@ class Board:
         """Read a text; whatever the bytes are by now, it is a short one."""
         start = self.texts + i * TEXT
         length = min(int.from_bytes(self.memory[start : start + 2], "little"), TEXT - 2)
-        return self.memory[start + 2 : start + 2 + length].decode("utf-8", "replace")
+        return self.memory[start + 2 : start + 2 + length].decode("utf-8", "ignore")
 
     def results(self) -> tuple[NDArray[np.int8], Array, dict[int, str]]:
         """Return copies of the statuses and answers, and the texts; nothing that stands there is trusted."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import time
 from multiprocessing.connection import Connection
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from oracles.engine import Status
 from oracles.isolation.board import ASKABLE, PENDING, REMARKED, Board, Job, Phase
 from oracles.isolation.hand import CAREFUL_FOR
-from oracles.isolation.hands import Hands, Limits, NoEngine, ParentLeft
+from oracles.isolation.hands import LOOK, Hands, Limits, NoEngine, ParentLeft
 from oracles.isolation.lookout import Fate
 from oracles.isolation.processes import adopt_orphans
 
@@ -34,6 +35,7 @@ class Guard:
     def __init__(self, hands: Hands, board: Board, parent: Connection) -> None:
         self.hands, self.board, self.parent = hands, board, parent
         self.incidents: list[str] = []
+        self.next_look = 0.0
         self.doubts: list[tuple[int, int, Fate]] = []
         """Losses that may be those of a scene before: the first it may be, the one it happened at."""
 
@@ -44,6 +46,7 @@ class Guard:
             self._tell(None)
             while True:
                 self._do(self._next())
+                self._inspect()
                 self._tell(None)
         except NoEngine as refused:
             self._tell(str(refused))
@@ -59,17 +62,26 @@ class Guard:
     def _next(self) -> Job:
         """Wait for a job, and see to it that the hand is quiet meanwhile."""
         while not self.hands.idle():
-            left = self.hands.left_behind()
-            if left:
-                self.incidents.append(left)
-                self.hands.dismiss()
+            self._inspect()
         job: Job = self.parent.recv()
         return job
+
+    def _inspect(self) -> None:
+        """End a hand that has left something going, though it has nothing to do."""
+        if time.monotonic() < self.next_look:
+            return
+        left = self.hands.left_behind()
+        if left:
+            self.incidents.append(left)
+            self.hands.dismiss()
+        self.next_look = time.monotonic() + LOOK
 
     def _do(self, job: Job) -> None:
         """Have all scenes of a job answered, with as many hands as it takes."""
         board, first, stuck = self.board, self.hands.starts, 0
         board.open(job.size, job.width_a, job.width_b)
+        if job.renewed:
+            self.hands.dismiss()
         while len(pending := board.pending()):
             if self.hands.starts > first + MOST_STARTS:
                 self._skip(pending)

@@ -27,6 +27,8 @@ PARTING = 3.0
 """Seconds that a guard has to end what is below it before it is ended itself."""
 MARK = "PROXYPROOF_GUARD"
 """Every process below a guard has this in its environment, with a value of the worker's own."""
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "PROXYPROOF_THREADS")
+"""Threads would be lost in every fork, and are of no use to a solver of one scene."""
 BOOT = """
 import json, sys
 sys.path[:] = json.loads(sys.argv[1])
@@ -65,7 +67,7 @@ class Guarded:
             self._clear_up()
             self._launch()
             try:
-                self.listen()
+                self.listen(self.limits.start + STALLED)
             except GuardLost as how:
                 if attempt == ATTEMPTS - 1 or not self._was_killed():
                     self._clear_up()
@@ -90,14 +92,12 @@ class Guarded:
             self.connection = Connection(ours.detach())
             passed = theirs.fileno(), self.board.descriptor
             arguments = [json.dumps(sys.path), *map(str, passed), self.spec, json.dumps(asdict(self.limits))]
-            # Threads of a linear algebra library would be lost in every fork, and are of no use to a solver.
-            alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
             self.process = subprocess.Popen(
                 [sys.executable, "-c", BOOT, *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=self.log,
                 stderr=self.log,
-                env={**os.environ, **alone, MARK: self.mark},
+                env={**os.environ, **dict.fromkeys(THREADS, "1"), MARK: self.mark},
                 pass_fds=passed,
                 start_new_session=True,
             )
@@ -108,13 +108,13 @@ class Guarded:
             with suppress(OSError):
                 self.connection.send(job)
 
-    def listen(self) -> list[str]:
+    def listen(self, patience: float | None = None) -> list[str]:
         """Wait until the guard is ready for the next job; what happened meanwhile, in sentences.
 
         Raises
         ------
         GuardLost
-            When it was lost before that.
+            When it was lost before that, or gave no sign of life for some seconds.
         EngineUnavailable
             When the guard has no engine, and says why.
         """
@@ -125,8 +125,8 @@ class Guarded:
             while not self.connection.poll(LOOK):
                 if int(self.board.beat[0]) != beat:
                     beat, since = int(self.board.beat[0]), time.monotonic()
-                elif time.monotonic() - since > STALLED:
-                    raise GuardLost(f"the guard of the engine's process did nothing for {STALLED:g} s")
+                elif time.monotonic() - since > (patience or STALLED):
+                    raise GuardLost(f"the guard of the engine's process did nothing for {patience or STALLED:g} s")
             said = json.loads(self.connection.recv_bytes())
         except (EOFError, OSError):
             raise GuardLost(self._how_it_ended()) from None

@@ -29,6 +29,9 @@ TELLING = 5.0
 """Seconds within which the fork server answers, or is ended itself."""
 
 
+ENDED = select.POLLHUP | select.POLLERR | select.POLLNVAL
+
+
 class NoEngine(Exception):
     """The engine cannot be started; the text says why."""
 
@@ -158,7 +161,7 @@ class Hands:
                     listened.remove(hand)  # an engine may close what it likes: how the hand ends is what counts
             if time.monotonic() >= next_look:
                 next_look = time.monotonic() + LOOK
-                if (excess := lookout.too_much()) is not None:
+                if (excess := lookout.too_long() or lookout.too_large()) is not None:
                     fate = Fate(excess.status, excess.text + self._quoted())
                     self.dismiss()
                     return fate
@@ -209,21 +212,31 @@ class Hands:
     def _wait(self, connections: list[Connection]) -> list[Connection]:
         """Wait a moment for something to read, and see to the engine's output and to the parent all the while."""
         self.board.beat[0] += 1
-        ready = readable([*connections, self.parent, self.output], LOOK)
-        if self.output in ready:
-            self.output.drain()
-        if self.parent in ready or os.getppid() != self.above:
-            raise ParentLeft
+        ready = self._readable([*connections, self.output], LOOK)
         return [c for c in connections if c in ready]
+
+    def _readable(self, sources: list[Connection | Output], seconds: float) -> list[Connection | Output]:
+        """Those of several sources that can be read, or have ended, as soon as there is one.
+
+        Raises
+        ------
+        ParentLeft
+            When the parent has closed the connection, or ended.
+        """
+        poll = select.poll()
+        poll.register(self.parent.fileno(), 0)  # no events: its end is told all the same
+        for source in sources:
+            poll.register(source.fileno(), select.POLLIN)
+        ready = dict(poll.poll(seconds * 1000))
+        if ready.get(self.parent.fileno(), 0) & ENDED or os.getppid() != self.above:
+            raise ParentLeft
+        if self.output.reading in ready:
+            self.output.drain()
+        return [source for source in sources if source.fileno() in ready]
 
     def idle(self) -> bool:
         """Wait a moment for a job while there is nothing to do; whether there is one."""
-        ready = readable([self.parent, self.output], IDLE_LOOK)
-        if self.output in ready:
-            self.output.drain()
-        if os.getppid() != self.above:
-            raise ParentLeft
-        return self.parent in ready
+        return self.parent in self._readable([self.parent, self.output], IDLE_LOOK)
 
     def rest(self) -> None:
         """Begin to watch a hand that has nothing to do."""
@@ -243,17 +256,9 @@ class Hands:
         return f": {words}" if words else ""
 
 
-def readable(sources: list[Connection | Output], seconds: float) -> list[Connection | Output]:
-    """Those of several sources that can be read, or have ended, as soon as there is one."""
-    poll = select.poll()
-    for source in sources:
-        poll.register(source.fileno(), select.POLLIN)
-    ready = {number for number, _ in poll.poll(seconds * 1000)}
-    return [source for source in sources if source.fileno() in ready]
-
-
 def how_it_ended(what: str, code: int) -> str:
     """Say how a process ended whose exit status this is, or minus the signal that ended it."""
-    if code < 0:
-        return f"{what} was ended by {signal.Signals(-code).name} ({signal.strsignal(-code)})"
-    return f"{what} ended with exit status {code}"
+    if code >= 0:
+        return f"{what} ended with exit status {code}"
+    names = {number.value: number.name for number in signal.Signals}
+    return f"{what} was ended by {names.get(-code, f'signal {-code}')} ({signal.strsignal(-code)})"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 
 from oracles.engine import Status
 from oracles.isolation.board import Board, Phase
-from oracles.isolation.processes import Process, below, end_all_below, main_thread_time, process
+from oracles.isolation.processes import NAN, Process, below, end_all_below, main_thread_time, process
 
 PATIENCE = 5.0
 """On a busy machine a call may take this many limits of wall time, as long as it gets no processor time."""
@@ -16,6 +17,8 @@ MAKING_LIMITS = 10.0
 MOST_PROCESSES = 64
 NEVER, RESTING = (-2, 0), (-3, 0)
 """In place of what the board shows."""
+LOOK = 0.03
+"""Seconds between two looks at memory and processes, which take a few tenths of a millisecond."""
 BUSY = 0.5
 """Seconds of processor that a hand may use while it has nothing to do."""
 
@@ -57,18 +60,18 @@ class Lookout:
     memory_at_first: int
     seen: tuple[int, int] = NEVER
     since: float = 0.0
-    used: float = 0.0
+    used: float = NAN
+    next_look: float = 0.0
 
     def reset(self) -> None:
         """Forget what was seen: a job begins, or the hand has nothing to do from now on."""
         self.seen = NEVER
 
-    def too_much(self) -> Fate | None:
-        """Why the hand must be ended now, if it must."""
-        return self.too_large() or self._too_long()
-
     def too_large(self) -> Fate | None:
-        """Whether the memory or number of processes is over the limit."""
+        """Whether the memory or number of processes is over the limit; looked at now and then."""
+        if time.monotonic() < self.next_look:
+            return None
+        self.next_look = time.monotonic() + LOOK
         found = self.family.strangers()
         if len(found) > MOST_PROCESSES:
             return Fate(Status.CRASHED, f"the process started more than {MOST_PROCESSES} others")
@@ -76,13 +79,16 @@ class Lookout:
             return Fate(Status.CRASHED, f"the process used more than {in_words(self.memory_limit)} of memory")
         return None
 
-    def _too_long(self) -> Fate | None:
+    def too_long(self) -> Fate | None:
         """Whether a call is over its limit of processor time, or has waited for several times as long."""
         at = int(self.board.at[0]), int(self.board.phase[0])
-        now, used = time.monotonic(), main_thread_time(self.hand)
+        now = time.monotonic()
         if at != self.seen:
-            self.seen, self.since, self.used = at, now, used
+            self.seen, self.since, self.used = at, now, NAN
             return None
+        used = main_thread_time(self.hand)
+        if math.isnan(self.used):
+            self.used = used  # a call that is seen only once is not worth the question
         limit = self.call_limit * (1.0 if at[1] == Phase.ASKING else MAKING_LIMITS)
         if used - self.used >= limit or now - self.since >= PATIENCE * limit:
             return Fate(Status.TIMED_OUT, f"no answer within {limit:g} s")

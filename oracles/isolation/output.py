@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 from contextlib import suppress
 
 KEPT = 4000
-LONGEST_WORDS = 200
+LONGEST_WORDS = 300
 """Characters that are quoted."""
 AT_ONCE = 1 << 16
 READS = 64
@@ -43,6 +44,7 @@ class Output:
         """What was printed last, on one printable line: its beginning, which names an error, and its end."""
         self.drain()
         text = "".join(c if c.isprintable() or c == "\n" else "\ufffd" for c in self.last.decode("utf-8", "replace"))
+        text = re.sub("\ufffd+", "\ufffd", text)
         line = " | ".join(line.strip() for line in text.splitlines() if line.strip())
         first, rest = LONGEST_WORDS * 3 // 4, LONGEST_WORDS // 4
         return line if len(line) <= LONGEST_WORDS else f"{line[:first]} … {line[-rest:]}"

@@ -10,8 +10,9 @@ from multiprocessing.connection import Connection
 from multiprocessing.reduction import recv_handle
 from typing import NoReturn
 
+from oracles.adapters import require_sound
 from oracles.engine import EngineUnavailable
-from oracles.engines import load_engine, require_sound
+from oracles.engines import load_engine
 from oracles.isolation.board import Board
 from oracles.isolation.hand import be_the_hand, said
 from oracles.isolation.processes import end_with
@@ -37,8 +38,8 @@ def _serve(spec: str, board: Board, guard: Connection, memory_limit: int) -> Non
     number = os.getpid()
     try:
         engine = load_engine(spec)
-        require_sound(engine)
         engine.warm()
+        require_sound(engine)
     except EngineUnavailable as error:
         refused = said_plainly(error)
     except BaseException as error:  # one's own engine may raise anything, and end only itself

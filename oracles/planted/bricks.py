@@ -61,25 +61,23 @@ class Bricks(Gjk, Balls):
         return Gap(separation, x, add(y, way), normal)
 
     def rod_brick(self, a: Rod, b: Brick) -> Gap:
-        """GJK between the segment and the box; where they meet, the axis of the least overlap."""
+        """GJK between the segment and the box; where that does not end, as two boxes of which one has no width."""
         core, size = core_of(a), max(a.size, b.size)
-        x = self.foot(self.nearest_points(core, b)[1], a.p, a.q)
-        y = self.on_brick(b, x)  # square to what it is on, whatever rounding GJK's weights have gone through
-        if length(sub(y, x)) > TIE * size:
-            return self.rounded(x, a.radius, y, 0.0, UNITS[0], size)
-        separation, normal = self.widest_axis(core, b)
-        inner = self.overlapping(core, b, separation, normal)
-        return Gap(separation - a.radius, along(inner.on_a, a.radius, normal), inner.on_b, normal)
+        x, y, settled = self.gjk(core, b)
+        if settled:
+            x = self.foot(y, a.p, a.q)
+            y = self.on_brick(b, x)  # square to what it is on, whatever rounding GJK's weights have gone through
+            if length(sub(y, x)) > TIE * size:
+                return self.rounded(x, a.radius, y, 0.0, UNITS[0], size)
+        inner = self.brick_brick(core, b)
+        return Gap(inner.distance - a.radius, along(inner.on_a, a.radius, inner.normal), inner.on_b, inner.normal)
 
     def upright_brick_meet(self, a: Brick, b: Brick) -> bool:
-        """Whether two boxes have a point in common, by GJK."""
-        x, y = self.nearest_points(a, b)
-        return length(sub(y, x)) <= TIE * max(a.size, b.size)
-
-    def nearest_points(self, a: Brick, b: Brick) -> Way:
-        """By GJK, and where that gets stuck by trying all features."""
+        """Whether two boxes have a point in common: GJK finds most that have not, the axes decide on the others."""
         x, y, settled = self.gjk(a, b)
-        return (x, y) if settled else self.nearest_features(a, b)
+        if settled and length(sub(y, x)) > TIE * max(a.size, b.size):
+            return False
+        return self.brick_brick_meet(a, b)
 
     def brick_brick_meet(self, a: Brick, b: Brick) -> bool:
         """Whether no axis separates two boxes."""

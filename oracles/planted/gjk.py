@@ -23,10 +23,10 @@ class Gjk:
     """Gilbert, Johnson and Keerthi's search, with the nearest point of each simplex by trying all of its parts."""
 
     def gjk(self, a: Brick, b: Brick) -> tuple[Vec, Vec, bool]:
-        """Nearest points of two boxes, the same point twice (or nearly so) where they overlap.
+        """Nearest points of two boxes, and whether they are known to be the nearest.
 
-        The last word says whether they are known to be the nearest. Over faces that are nearly parallel the steps
-        become so small that rounding swallows them, and the search stops before its end.
+        They are not where the boxes overlap, nor over faces that are nearly parallel: there the steps become so small
+        that rounding swallows them, and the search stops before its end.
         """
         size = max(a.size, b.size)
         simplex: Simplex = ([self.corner(a, b, sub(b.center, a.center))], [1.0])
@@ -38,8 +38,7 @@ class Gjk:
                 break
             simplex = self.nearest_part([*simplex[0], new])
             before, nearest = nearest, _weighted(simplex, 0)
-            settled = len(simplex[0]) == FULL
-            if settled or not length(nearest) < length(before):
+            if len(simplex[0]) == FULL or not length(nearest) < length(before):
                 break
         return _weighted(simplex, 1), _weighted(simplex, 2), settled
 
@@ -49,8 +48,6 @@ class Gjk:
 
     def has_converged(self, nearest: Vec, new: Vec, size: float) -> bool:
         """Whether the new corner is hardly nearer to 0 than the plane through the nearest point."""
-        if length(nearest) <= CONVERGED * size:
-            return True
         return dot(nearest, sub(nearest, new)) <= CONVERGED * size * length(nearest)
 
     def corner(self, a: Brick, b: Brick, direction: Vec) -> Corner:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 
 from oracles.claims import APART, LONG, OFF_SHAPE, OVERSHOT, SHORT, STUCK
@@ -124,13 +125,13 @@ class SmallIsTouching(Planted):
         return gap._replace(distance=0.0) if max(a.size, b.size) < 1e-4 else gap
 
 
-@wrong(DISTANCE, "Point–Box", LONG, SHORT)
+@wrong(DISTANCE, "Point–Box", SHORT)
 class CoarseFarAway(Planted):
-    """Wrong only above 1e5: a distance at such coordinates is rounded to 1/64."""
+    """Wrong only above 1e5: a distance at such coordinates is cut off to a multiple of 1/64."""
 
     def ball_brick(self, a: Ball, b: Brick) -> Gap:
         gap = super().ball_brick(a, b)
-        return gap._replace(distance=round(64 * gap.distance) / 64) if max(a.size, b.size) > 1e5 else gap
+        return gap._replace(distance=math.floor(64 * gap.distance) / 64) if max(a.size, b.size) > 1e5 else gap
 
 
 @wrong(DISTANCE, "Point–HalfSpace", LONG, SHORT)

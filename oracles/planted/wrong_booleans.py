@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from oracles.claims import FALSE, MISSED
-from oracles.planted.bricks import Way
 from oracles.planted.gjk import Corner, Simplex
 from oracles.planted.mutant import Planted, wrong
 from oracles.planted.shapes import Ball, Brick, Gap, Plane, Rod
@@ -134,8 +133,8 @@ class GjkThreeSteps(Planted):
     def most_steps(self) -> int:
         return 3
 
-    def nearest_points(self, a: Brick, b: Brick) -> Way:
-        return self.gjk(a, b)[:2]
+    def gjk(self, a: Brick, b: Brick) -> tuple[Vec, Vec, bool]:
+        return (*super().gjk(a, b)[:2], True)
 
 
 @wrong(BOOLEAN, "Sphere–AABB", MISSED)
@@ -197,8 +196,8 @@ class GjkWithoutTriangles(Planted):
     def weights(self, points: list[Vec]) -> list[float] | None:
         return None if len(points) == 3 else super().weights(points)
 
-    def nearest_points(self, a: Brick, b: Brick) -> Way:
-        return self.gjk(a, b)[:2]
+    def gjk(self, a: Brick, b: Brick) -> tuple[Vec, Vec, bool]:
+        return (*super().gjk(a, b)[:2], True)
 
 
 @wrong(BOOLEAN, "Capsule–Box", MISSED)
@@ -208,8 +207,8 @@ class GjkForgetsCorner(Planted):
     def nearest_part(self, corners: list[Corner]) -> Simplex:
         return super().nearest_part(corners[:1] + corners[2:] if len(corners) > 2 else corners)
 
-    def nearest_points(self, a: Brick, b: Brick) -> Way:
-        return self.gjk(a, b)[:2]
+    def gjk(self, a: Brick, b: Brick) -> tuple[Vec, Vec, bool]:
+        return (*super().gjk(a, b)[:2], True)
 
 
 @wrong(BOOLEAN, "Box–Box", FALSE, MISSED)

@@ -42,7 +42,16 @@ DEEPEST = 2  # pairs of pieces that are proven
 AT_CENTRE: Weights = ((0, 1),)
 PAIRS = 40  # of atoms or pieces, that are looked at exactly
 DRAWN = 1e-13  # relative: how far a piece's corners are drawn in from the surface of its mesh
-STRETCHES = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2)  # relative to the scene: longer than a translation that separates
+STRETCHES = (
+    1e-15,
+    1e-13,
+    1e-12,
+    1e-10,
+    1e-8,
+    1e-6,
+    1e-4,
+    1e-2,
+)  # relative to the scene: longer than a translation that separates
 
 
 class Choice(NamedTuple):
