@@ -1,8 +1,8 @@
 """The plan of a campaign: which tasks, in which order. It depends on nothing but the options and the seed.
 
 First the ledger's witnesses are asked again, so that what is known does not hang on luck. Then the bulk hunter puts
-scenes of every regime before every cell of every engine. Then larger passes of it take turns with Hypothesis, task by
-task, so that however soon the time is used up, both have had their share.
+scenes of every regime before every cell of every engine. Then larger passes of it take turns with Hypothesis, a few
+tasks each, so that however soon the time is used up, both have had their share.
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ from oracles.tasks import BulkTask, HuntTask, ReplayTask, Task
 
 FIRST_PASS, LARGEST_PASS = 6, 100
 """Scenes of each regime and pair in the first pass and in the largest."""
-GROWTH = 8
-"""Many scenes of a batch cost hardly more than a few: once every cell has had its turn, passes soon are large."""
+GROWTH = 10
+"""Many scenes of a batch cost hardly more than a few: once every cell has had its turn, passes are large."""
+HUNT_EVERY = 3
+"""A hunt costs as much as several tasks of the bulk hunter, who finds most: it comes after so many of them."""
 
 
 def replays(ledger: Ledger, engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
@@ -44,8 +46,9 @@ def later_passes(
     """Larger and larger passes, without end or up to so many in all, in turn with hunts for every target."""
     hunts = _hunts(targets, seed)
     for number in range(1, passes) if passes else count(1):
-        for task in _bulk(pairs, seed, number):
-            yield from (hunt for hunt in [next(hunts, None)] if hunt)
+        for done, task in enumerate(_bulk(pairs, seed, number)):
+            if done % HUNT_EVERY == 0:
+                yield from (hunt for hunt in [next(hunts, None)] if hunt)
             yield task
 
 
