@@ -20,8 +20,6 @@ from oracles.tasks import BulkTask, HuntTask, ReplayTask, Task
 
 FIRST_PASS, LARGEST_PASS = 6, 100
 """Scenes of each regime and pair in the first pass and in the largest."""
-GROWTH = 10
-"""Many scenes of a batch cost hardly more than a few: once every cell has had its turn, passes are large."""
 HUNT_EVERY = 3
 """A hunt costs as much as several tasks of the bulk hunter, who finds most: it comes after so many of them."""
 
@@ -53,7 +51,7 @@ def later_passes(
 
 
 def _bulk(pairs: Sequence[PairKey], seed: int, number: int) -> Iterator[Task]:
-    each = min(FIRST_PASS * GROWTH**number, LARGEST_PASS)
+    each = min(FIRST_PASS * 4**number, LARGEST_PASS)
     for index in np.random.default_rng([seed, number]).permutation(len(pairs)):
         yield BulkTask(pairs[index], number, each)
 
