@@ -11,7 +11,7 @@ from oracles.bodies import Body, random_body, round_body
 from oracles.draws import Draws, log_uniform
 from refimpl import Proxy
 from refimpl.linear import Array, scale
-from refimpl.shapes import KDOP, ConvexPolyhedron, Polyhedron
+from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Polyhedron
 
 Kind = type[Proxy]
 Bodies = tuple[Body, Body]
@@ -19,6 +19,16 @@ Build = Callable[[Draws, Kind, Kind], Bodies]
 
 FLAT_WHEN_THIN = (KDOP, ConvexPolyhedron)
 """Types that may have no thickness at all, and do so in some slivers."""
+NOTHING_AT_ALL = (Capsule, AABB, Box)
+"""Types whose sizes may all be 0."""
+SHARED = {
+    "place": (0.0, 1.0, 3.0),
+    "extents": (0.0, 2.0, 3.0),
+    "rotation": (0.0, 2.0, 4.0),
+    "back": (0.0, 2.0),
+    "length": (0.0, 2.0),
+}
+"""What each sort of sibling has of the body before it."""
 FACTORS = (1.0, 2.0, 0.5, 10.0, 0.1, 1.1, 0.9, 1.01, 0.99)
 """Parts of an engine's threshold at which it is tried."""
 
@@ -65,6 +75,51 @@ def size_ratio(draws: Draws, kind_a: Kind, kind_b: Kind) -> Bodies:
     large_first = in_common(draws.choice((0.0, 1.0)), kind_a, kind_b) == 1
     size_a, size_b = np.where(large_first, factor, 1.0), np.where(large_first, 1.0, factor)
     return replace(a, extents=scale(size_a, a.extents)), replace(b, extents=scale(size_b, b.extents))
+
+
+def degenerate(draws: Draws, kind_a: Kind, kind_b: Kind) -> Bodies:
+    """Sizes of 0 where the type has them, planes through the origin; normals, directions, quaternions of any length."""
+    a, b = (_at_the_edge(draws, random_body(draws), kind) for kind in (kind_a, kind_b))
+    return a, b
+
+
+def _at_the_edge(draws: Draws, body: Body, kind: Kind) -> Body:
+    """Make a body an edge case of what its type allows."""
+    none = draws.choice((1.0, 0.0), 3) == 1
+    if kind in FLAT_WHEN_THIN:
+        none = np.arange(3) == draws.choice((0.0, 1.0, 2.0, -1.0))[:, None]
+    extents = np.where(none, 0.0, body.extents) if kind in (*NOTHING_AT_ALL, *FLAT_WHEN_THIN) else body.extents
+    through_origin = (draws.choice((1.0, 0.0)) == 1) & (kind is HalfSpace)
+    return replace(
+        body,
+        place=np.where(through_origin[:, None], 0.0, body.place),
+        extents=extents,
+        rotation=scale(log_uniform(draws, -3, 3), body.rotation),
+        length=log_uniform(draws, -3, 3),
+    )
+
+
+def siblings(draws: Draws, kind_a: Kind, kind_b: Kind) -> Bodies:
+    """Scenes in a row that share bodies, sizes, poses or corners: what an engine keeps of the last one is no help."""
+    del kind_a, kind_b
+    first, second = random_body(draws), random_body(draws)
+    return _like_the_last(draws, first), _like_the_last(draws, second)
+
+
+def _like_the_last(draws: Draws, body: Body) -> Body:
+    """Every other body shares with the one before it: all, the place, sizes and turn, place and sizes, or a corner."""
+    last, odd = np.arange(draws.n) // 2 * 2, np.arange(draws.n) % 2 == 1
+    sort = draws.choice((0.0, 1.0, 2.0, 3.0, 4.0))
+    shared = {name: np.isin(sort, sorts) & odd for name, sorts in SHARED.items()}
+    old = {name: getattr(body, name)[last] for name in shared}
+    columns = {
+        name: np.where(rows[:, None] if old[name].ndim > 1 else rows, old[name], getattr(body, name))
+        for name, rows in shared.items()
+    }
+    cornered = ((sort == 4) & odd)[:, None]
+    corner = old["place"] - old["extents"]
+    columns["place"] = np.where(cornered, corner + columns["extents"], columns["place"])
+    return replace(body, **columns)
 
 
 def at_thresholds(draws: Draws, lengths: Mapping[str, float]) -> tuple[Body, Body, Array]:

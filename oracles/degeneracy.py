@@ -26,11 +26,11 @@ FREE = frozenset({"parallel", "head on"})
 
 CLASSES = (
     "beyond all sizes",
-    "far away",
-    "very unequal",
-    "thin",
     "huge",
     "tiny",
+    "very unequal",
+    "far away",
+    "thin",
     "parting",
     "fast",
     "slow",
@@ -93,9 +93,9 @@ def _of_sizes(scene: Scene, a: Look, b: Look) -> Iterator[str]:
     if not 1 / ENDLESS < max(length, scene.size) < ENDLESS:
         yield "beyond all sizes"
     if length > LARGE:
-        yield "huge"
+        yield from ("huge", "far away", "very unequal")  # of what is huge, a part may do
     elif length < SMALL:
-        yield "tiny"
+        yield from ("tiny", "very unequal")
     if len(sizes) == 2 and max(sizes) > UNEQUAL * min(sizes):
         yield "very unequal"
     if any(seen.size > UNEQUAL * seen.thin for seen in (a, b) if seen.size < math.inf):

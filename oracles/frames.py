@@ -16,7 +16,7 @@ Framed = tuple[Body, Body, Array]
 """Both bodies, and the length that the unit has become."""
 Frame = Callable[[Draws, tuple[Body, Body], tuple[Kind, Kind]], Framed]
 
-FARTHEST = 1e12
+FARTHEST = 1e14
 """No body is farther away than so many times its least extent: beyond, rounding would leave nothing of it."""
 
 

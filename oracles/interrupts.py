@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from types import FrameType
 from typing import Any
 
@@ -45,6 +45,26 @@ def one_stop() -> Iterator[None]:
 
     with _handled(stop):
         yield
+
+
+@contextmanager
+def remembered() -> Iterator[list[int]]:
+    """Keep what came: where an exception meets a callback, of the garbage collector for instance, it is lost.
+
+    The list within the block is to be looked at now and then; whatever is in it at the end raises KeyboardInterrupt.
+    """
+    came: list[int] = []
+    before: dict[int, Any] = {number: signal.getsignal(number) for number in STOPS}
+
+    def note(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+        if callable(before[number]):
+            before[number](number, frame)
+
+    with _handled(note) if all(map(callable, before.values())) else nullcontext():
+        yield came
+    if came:
+        raise KeyboardInterrupt(signal.Signals(came[0]).name)
 
 
 @contextmanager

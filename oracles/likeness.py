@@ -15,6 +15,8 @@ from oracles.words import decade_of
 from refimpl import Ray
 from refimpl.linear import norm
 
+GROSS = -2
+"""Decade from which on it does not matter how large an error is, relative to the scene."""
 UP, DOWN = 2.01, 1.01
 """By how many decades the error may grow and fall in a step."""
 
@@ -51,22 +53,17 @@ class Failing:
         """In how many ways it is special that simple scenes are not."""
         return len(self.special - FREE)
 
-    @property
-    def is_gross(self) -> bool:
-        """Whether the error is about as large as the scene, or no error of a size at all."""
+    @cached_property
+    def slightness(self) -> int:
+        """How many decades the error is below those that are gross; 0 also where it has no size."""
         decade = decade_of(self.amount, self.size)
-        return decade is None or decade >= -1
+        return 0 if decade is None else max(0, GROSS - decade)
 
     @cached_property
-    def plainness(self) -> tuple[int, int, Clumsiness, list[float]]:
+    def plainness(self) -> tuple[int, int, Clumsiness, float, list[float]]:
         """What is better comes first, among scenes that are as special as each other."""
-        decade = decade_of(self.amount, self.size)
-        return (
-            _distance_from_one(self.scene),
-            0 if decade is None else -decade,
-            clumsiness(self.scene),
-            numbers_in(self.scene),
-        )
+        simple = clumsiness(self.scene)
+        return _distance_from_one(self.scene), self.slightness, simple, -self.amount, numbers_in(self.scene)
 
     @property
     def _has_amount(self) -> bool:

@@ -52,6 +52,20 @@ COMPARED = (
 )
 
 
+class State(StrEnum):
+    """What the ledger says of a bucket, and a run of an entry; first those that ask for something to be done."""
+
+    NEW = "NEW"
+    """A bucket that no entry explains."""
+    CHANGED = "CHANGED"
+    """A witness still fails, but beyond what its entry says."""
+    STALE = "STALE"
+    """An entry whose witnesses all pass now."""
+    EXPECTED = "expected"
+    UNMATCHED = "UNMATCHED"
+    """An entry of which this run saw nothing."""
+
+
 class Severity(StrEnum):
     """How wrong an answer is, the worst first; sizes are relative to the scene's."""
 
@@ -153,8 +167,11 @@ class Bucket:
     """How many of the `count` findings have been proven one by one with a certificate."""
     worst: float = 0.0
     regimes: Counter[str] = field(default_factory=Counter)
-    known: str | None = None
-    """Why this is expected, from the list of known faults; None when it is new."""
+    entry: str | None = None
+    """Name of the entry of the ledger that explains it; None when it is new."""
+    state: State = State.NEW
+    cause: str = ""
+    """What the entry says."""
     repro: str = ""
     """A stand-alone script of the engine alone that shows the wrong answer."""
 
@@ -165,6 +182,30 @@ class Bucket:
         if self.decade is not None:
             parts.append(f"1e{self.decade:+d}")
         return " · ".join(parts)
+
+    @property
+    def against_reference(self) -> bool:
+        """Whether it speaks against `refimpl` itself."""
+        return self.witness.verdict.kind is Kind.REFERENCE_WRONG
+
+
+@dataclass(frozen=True)
+class EntryNote:
+    """What a run makes of one entry of the ledger."""
+
+    engine: str
+    name: str
+    cause: str
+    state: State
+    why: str
+    """Why it has this state, where that needs words."""
+    seen: int
+    """How many findings of this run it explains."""
+    witnesses: int
+    holding: tuple[str, ...]
+    """Those of its witnesses that still fail as it says."""
+    upstream: tuple[str, ...] = ()
+    file: str = ""
 
 
 BucketKey = tuple[str, str, str, str, str, int | None]
@@ -203,6 +244,7 @@ class Outcome:
     counts: Counter[CountKey] = field(default_factory=Counter)
     findings: list[Finding] = field(default_factory=list)
     counted: dict[CountedKey, tuple[int, float]] = field(default_factory=dict)
+    relations: Counter[RelationKey] = field(default_factory=Counter)
     hunters: Counter[str] = field(default_factory=Counter)
     timing: dict[str, float] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
@@ -236,6 +278,8 @@ class Run:
     """UTC, ISO 8601."""
     seconds: float = 0.0
     versions: dict[str, str] = field(default_factory=dict)
+    engine_versions: dict[str, str] = field(default_factory=dict)
+    """Of each engine, the version that the ledger goes by: the first that its adapter names."""
     engines: list[str] = field(default_factory=list)
     regimes: dict[str, str] = field(default_factory=dict)
     """Name of each regime, and why it exists."""
@@ -246,8 +290,10 @@ class Run:
     """Worst severity first."""
     relations: Counter[RelationKey] = field(default_factory=Counter)
     """Pairs of scenes of which one was made from the other."""
+    ledger: list[EntryNote] = field(default_factory=list)
+    """The entries of the ledger for these engines."""
     hunters: Counter[str] = field(default_factory=Counter)
-    """Scenes that each hunter has put before an engine: "bulk" and "hypothesis"."""
+    """Scenes that each hunter has put before an engine: "replay", "bulk" and "hypothesis"."""
     timing: dict[str, float] = field(default_factory=dict)
     """Seconds spent on scenes, each engine, the reference, judge, proofs, hunts, store: of all workers together."""
     interrupted: bool = False
@@ -283,4 +329,11 @@ class Run:
     @property
     def reference_wrong(self) -> bool:
         """Whether a proof spoke against `refimpl` itself."""
-        return any(b.witness.verdict.kind is Kind.REFERENCE_WRONG for b in self.buckets)
+        return any(bucket.against_reference for bucket in self.buckets)
+
+    @property
+    def unsettled(self) -> Counter[State]:
+        """How many buckets are new, and how many entries stale or changed: none in a run that is as expected."""
+        found = Counter(note.state for note in self.ledger if note.state in (State.STALE, State.CHANGED))
+        new = sum(bucket.state is State.NEW for bucket in self.buckets)
+        return found + Counter({State.NEW: new})

@@ -16,7 +16,7 @@ from oracles.builds import Bodies
 from oracles.draws import Draws
 from oracles.reference import UNIONS
 from refimpl import Capsule, HalfSpace, Proxy, Ray, distance
-from refimpl.linear import Array, Bools, dot, norm, quaternion_product, scale
+from refimpl.linear import Array, Bools, apply, dot, norm, quaternion_product, rotation_matrix, scale
 
 STEPS = 4
 """Unions are moved in so many steps: past one piece, there may be the next."""
@@ -158,6 +158,12 @@ def _stacked(draws: Draws, a: Body, b: Body) -> Bodies:
     return replace(a, rotation=upright), replace(b, place=a.place + offset + slide, rotation=upright)
 
 
+def _on_the_surface(draws: Draws, a: Body, b: Body) -> Bodies:
+    axis, side = draws.choice((0, 1, 2)), draws.choice((1.0, -1.0))
+    way = np.where(np.arange(3) == axis[:, None], scale(side, b.extents), 0.0)
+    return replace(a, place=b.place + apply(rotation_matrix(b.rotation), way), back=np.zeros(draws.n)), b
+
+
 FREE = Placement("Wherever chance puts them: apart, across each other, one in the other.")
 NEAR = Placement("Up to a tenth of the unit, or the unit, apart or inside: the other's surface is close.", gap=_close)
 
@@ -171,6 +177,9 @@ PLACEMENTS: dict[str, Placement] = {
     "deep": Placement("One inside the other or nearly so: many faces compete for the least depth.", _inside),
     "concentric": Placement(
         "Equal centres, equal or turned poses, equal or other sizes: no direction is preferred.", _centred
+    ),
+    "on_surface": Placement(
+        "The first's centre, where a ray starts, on the other's surface: neither outside nor inside.", _on_the_surface
     ),
     "parallel_edges": Placement(
         "Edges parallel or at angles down to 1e-15: cross products vanish or lose their digits.",

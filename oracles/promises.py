@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from oracles.adapters import effective_of
 from oracles.claims import OTHER_DEPTHS
-from oracles.engine import Answers, Bound, Convention, Effective, Engine, Status
+from oracles.engine import Answers, Convention, Effective, Engine, Status
 from oracles.reference import UNIONS
-from oracles.rules import INSIDE_CONVENTIONS
+from oracles.rules import INSIDE_CONVENTIONS, Rules
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Cell
 from refimpl.linear import Array
 from refimpl.shapes import Proxy
@@ -99,12 +99,6 @@ def used(engine: Engine, cell: Cell, a: Proxy, b: Proxy) -> tuple[Used, Used]:
     return Used(found[0], a, rows[0]), Used(found[1], b, rows[1])
 
 
-def tolerance(engine: Engine, cell: Cell, kind: str, size: Array) -> Array:
-    """What the engine promises: "value", "witness" or "boolean"."""
-    bound: Bound = getattr(engine.tolerance(cell.query, cell.type_a, cell.type_b), kind)
-    return bound.at(size)
-
-
 def bounds_of(engine: Engine, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Bounds:
     """What the answers say of σ of the effective shapes; of a ray, as of the segment that reaches past the other.
 
@@ -113,11 +107,12 @@ def bounds_of(engine: Engine, cell: Cell, a: Proxy, b: Proxy, answers: Answers) 
     """
     n = len(answers)
     size = np.maximum(a.magnitude, b.magnitude)
-    conventions = set(engine.conventions(cell.query, cell.type_a, cell.type_b))
+    rules = Rules(engine)
+    conventions = set(rules.conventions(cell))
     answered = answers.status == Status.ANSWERED
     low, high = np.full(n, -np.inf), np.full(n, np.inf)
     if cell.query in (BOOLEAN, CONTACTS, RAYCAST):
-        room = tolerance(engine, cell, "boolean", size)
+        room = rules.allowed(cell, "boolean", size)
         high = np.where(answered & (answers.hit == 1), room, high)
         if cell.query != RAYCAST or not conventions & INSIDE_CONVENTIONS:
             low = np.where(answered & (answers.hit == 0), -room, low)
@@ -125,7 +120,7 @@ def bounds_of(engine: Engine, cell: Cell, a: Proxy, b: Proxy, answers: Answers) 
     if cell.query == CONTACTS:
         said &= (answers.hit == 1) & (not conventions & OTHER_DEPTHS)
     if cell.query in (DISTANCE, CONTACTS):
-        room, value = tolerance(engine, cell, "value", size), answers.distance
+        room, value = rules.allowed(cell, "value", size), answers.distance
         of_union = issubclass(cell.type_a, UNIONS) or issubclass(cell.type_b, UNIONS)
         some = (value == -np.inf) & (Convention.NO_DEPTH in conventions)
         vague = (value < 0) & (some | of_union)

@@ -15,7 +15,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from oracles.bodies import Body
-from oracles.builds import Build, Kind, aligned, at_thresholds, generic, half_aligned, size_ratio, sliver
+from oracles.builds import (
+    Build,
+    Kind,
+    aligned,
+    at_thresholds,
+    degenerate,
+    generic,
+    half_aligned,
+    siblings,
+    size_ratio,
+    sliver,
+)
 from oracles.draws import Draws
 from oracles.engine import Engine
 from oracles.frames import FRAMES, Frame
@@ -24,7 +35,9 @@ from oracles.placed import placed_pair
 from oracles.placements import FREE, NEAR, PLACEMENTS, Draft, Pair, Placement, facing
 from refimpl.shapes import Polyhedron
 
-BUILDS: dict[str, Build] = {build.__name__: build for build in (generic, aligned, sliver, size_ratio)}
+BUILDS: dict[str, Build] = {
+    build.__name__: build for build in (generic, aligned, sliver, size_ratio, degenerate, siblings)
+}
 COMBINED = "combined"
 
 
@@ -125,10 +138,13 @@ REGIMES: dict[str, Regime] = {
     "nearly_touching": _of_placement("nearly_touching"),
     "deep": _of_placement("deep"),
     "concentric": _of_placement("concentric", half_aligned),
+    "on_surface": _of_placement("on_surface", aligned),
     "parallel_edges": _of_placement("parallel_edges"),
     "face_on_face": _of_placement("face_on_face", aligned),
     "sliver": _of_build(sliver, NEAR),
     "size_ratio": _of_build(size_ratio, NEAR),
+    "degenerate": _of_build(degenerate, NEAR),
+    "siblings": _of_build(siblings),
     "turned": _of_frame("turned", aligned, PLACEMENTS["face_on_face"]),
     "huge": _of_frame("huge"),
     "tiny": _of_frame("tiny"),

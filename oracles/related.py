@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from oracles.apart import apart
 from oracles.engine import VELOCITIES, Answers, Engine, Status
 from oracles.motion import Motion
-from oracles.promises import Bounds, Used, bounds_of, tolerance, used
+from oracles.promises import Bounds, Used, bounds_of, used
+from oracles.rules import Rules
 from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell
 from refimpl.linear import Array, Bools, norm
 from refimpl.pairs import TABLE
@@ -71,7 +72,7 @@ class Asked:
 
     def room(self, kind: str) -> Array:
         """What the engine promises: "value", "witness" or "boolean"."""
-        return tolerance(self.engine, self.cell, kind, self.size)
+        return Rules(self.engine).allowed(self.cell, kind, self.size)
 
     def take(self, rows: NDArray[np.int_], answers: Answers) -> Asked:
         """Pick rows, of which `answers` are the answers."""

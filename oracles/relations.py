@@ -1,34 +1,38 @@
 """Questions an engine with itself: asks it related scenes, and files the answers that contradict each other.
 
 Bounds that two answers put on one number are compared with what the engine promises for both, and with what the map
-between the scenes is inexact by. Where they exclude each other, one of the two is wrong, whatever is right. The
-reference then proves which one, where it can. Answers that merely differ, near touching for instance, may both be
-right within their tolerance: they count only when the reference proves one of them wrong.
+between the scenes is inexact by. Where they exclude each other, one of the two is wrong, whatever is right. Answers
+that merely differ, near touching for instance, may both be right within their tolerance.
+
+What the reference can prove is filed as what it is: where it convicts the first answer, the relation tells nothing new,
+and is only counted; where the second, that scene is the finding, unless it is no cell of the table, as with swapped
+sides. What it cannot prove is an inconsistency, and the two answers are the proof.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oracles import relations_of_form, relations_of_queries, relations_of_space
-from oracles.answers import reference_for, said, take
+from oracles.answers import said, take
 from oracles.batch import Batch
 from oracles.claims import RAY_LATE, RAY_OFF, RAY_POINT, WRONG_BOOLEANS
 from oracles.engine import Answers, Engine, Status, SupportKind
-from oracles.judges import Judges
+from oracles.judges import Judges, finding_of
 from oracles.motion import Motion
-from oracles.outcome import Finding, Kind, Related, RelationKey, Severity, Verdict
+from oracles.outcome import FINDINGS, Finding, Kind, Related, RelationKey, Verdict
 from oracles.related import Asked, Difference, Image, difference
 from oracles.relation import RELATIONS, Relation
 from oracles.scene import CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, Scene, packed_rows
 from oracles.words import said_of, severity_of
-from refimpl.linear import Array
+from refimpl.linear import Array, Bools
+from refimpl.pairs import TABLE
 from refimpl.shapes import Proxy
 
 __all__ = ["RELATIONS", "Relation", "Relations", "question", "relate"]
@@ -172,50 +176,51 @@ def _compare(
 def _file(bench: Bench, pair: _Pair, found: Relations) -> None:
     """Give every row its verdict, and prove some of those that are wrong."""
     proofs: Counter[str] = Counter()
-    screened = _screened(bench, pair)
+    first, second = _suspects(bench, pair)
     for i in range(len(pair.scenes)):
-        kind = _at_first_sight(pair, i, screened)
+        kind = _at_first_sight(pair, i, first, second)
         if kind is Kind.INCONSISTENT:
             symptom = _symptom(pair, i)
             proofs[symptom] += 1
             if proofs[symptom] <= MOST_PROOFS:
                 finding = _finding(bench, pair, i, symptom)
                 kind = finding.verdict.kind
-                if kind in (Kind.INCONSISTENT, Kind.REFERENCE_WRONG):
+                if kind in FINDINGS:
                     found.findings.append(finding)
         found.counts[pair.asked.engine.name, pair.relation.name, pair.asked.cell.query, kind] += 1
 
 
-def _screened(bench: Bench, pair: _Pair) -> dict[int, bool]:
-    """Rows whose answers merely differ: whether the reference in floats suspects one of the two."""
-    rows = np.flatnonzero(pair.found.differs & ~(pair.found.excess > 0))
-    if not rows.size:
-        return {}
-    asked, image = pair.asked, pair.image
-    suspect = np.zeros(len(rows), dtype=bool)
-    for cell, a, b, motion, answers in (
-        (asked.cell, asked.a, asked.b, asked.motion, asked.answers),
-        (image.cell, image.a, image.b, image.motion, pair.answers),
+def _suspects(bench: Bench, pair: _Pair) -> tuple[Bools, Bools]:
+    """Rows whose answers contradict each other or merely differ: which of the two the reference in floats suspects."""
+    n, asked, image = len(pair.scenes), pair.asked, pair.image
+    rows = np.flatnonzero(pair.found.differs | (pair.found.excess > 0))
+    suspects = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+    for suspect, cell, a, b, motion, answers in (
+        (suspects[0], asked.cell, asked.a, asked.b, asked.motion, asked.answers),
+        (suspects[1], image.cell, image.a, image.b, image.motion, pair.answers),
     ):
-        part = None if motion is None else motion[rows]
-        screening = bench.judges.screen(cell, a[rows], b[rows], part, take(answers, rows))
-        for k, i in enumerate(rows):
-            suspect[k] |= screening.kind[k] is Kind.WRONG and _explains(pair, int(i), screening.symptom[k])
-    return dict(zip(rows.tolist(), suspect.tolist(), strict=True))
+        if rows.size:
+            part = None if motion is None else motion[rows]
+            screening = bench.judges.screen(cell, a[rows], b[rows], part, take(answers, rows))
+            for k, i in enumerate(rows):
+                suspect[i] = screening.kind[k] is Kind.WRONG and _explains(pair, int(i), screening.symptom[k])
+    return suspects
 
 
 def _explains(pair: _Pair, i: int, symptom: str) -> bool:
     """Whether a wrong answer of this symptom is a reason for two answers to differ."""
-    if pair.asked.motion is not None:
+    if pair.asked.motion is not None or pair.found.excess[i] > 0:
         return True
     hits = pair.asked.answers.hit[i] != pair.answers.hit[i]
     return symptom in (ABOUT_HITS if hits else ABOUT_TIMES)
 
 
-def _at_first_sight(pair: _Pair, i: int, screened: dict[int, bool]) -> Kind:
-    """INCONSISTENT is what is yet to be proven."""
+def _at_first_sight(pair: _Pair, i: int, first: Bools, second: Bools) -> Kind:
+    """INCONSISTENT is what is yet to be proven, WRONG what the first answer is, whatever the relation."""
     status = Status(int(pair.answers.status[i]))
-    if status in LOST or pair.found.excess[i] > 0 or screened.get(i, False):
+    if first[i]:
+        return Kind.WRONG
+    if status in LOST or pair.found.excess[i] > 0 or second[i]:
         return Kind.INCONSISTENT
     if status is not Status.ANSWERED:
         return Kind.UNSUPPORTED if status is Status.UNSUPPORTED else Kind.SKIPPED
@@ -233,15 +238,20 @@ def _symptom(pair: _Pair, i: int) -> str:
 
 
 def _finding(bench: Bench, pair: _Pair, i: int, symptom: str) -> Finding:
-    """Prove, with the reference, which of two answers is wrong; else by the contradiction, where nothing excuses it."""
-    first, second = pair.scenes[i], pair.second(i)
+    """What the reference can prove, as what it is; else the contradiction, where nothing excuses it."""
+    scenes = pair.scenes[i], pair.second(i)
     answers = take(pair.asked.answers, [i]), take(pair.answers, [i])
-    verdicts = [bench.judges.convict(scene, of) for scene, of in zip((first, second), answers, strict=True)]
-    verdict = _verdict(pair, i, symptom, verdicts, (said_by(first, answers[0]), said_by(second, answers[1])))
-    related = Related(pair.relation.name, second, said(answers[1], 0))
-    reference = said(reference_for(first), 0)
+    name = pair.asked.engine.name
+    verdicts = [bench.judges.convict(scene, of) for scene, of in zip(scenes, answers, strict=True)]
+    for scene, of, verdict in zip(scenes, answers, verdicts, strict=True):
+        guilty = verdict.kind in FINDINGS and (verdict.kind is not Kind.WRONG or _explains(pair, i, verdict.symptom))
+        if guilty and (type(scene.a), type(scene.b)) in TABLE:
+            return finding_of(name, scene, of, verdict)
+    told = said_by(scenes[0], answers[0]), said_by(scenes[1], answers[1])
+    verdict = _verdict(pair, i, symptom, verdicts, told)
+    related = Related(pair.relation.name, scenes[1], said(answers[1], 0))
     text = answers[1].errors.get(0, "")
-    return Finding(pair.asked.engine.name, first, said(answers[0], 0), reference, verdict, text, related=related)
+    return replace(finding_of(name, scenes[0], answers[0], verdict), related=related, text=text)
 
 
 def said_by(scene: Scene, answers: Answers) -> str:
@@ -254,26 +264,18 @@ def said_by(scene: Scene, answers: Answers) -> str:
 
 
 def _verdict(pair: _Pair, i: int, symptom: str, verdicts: list[Verdict], told: tuple[str, str]) -> Verdict:
-    for verdict in verdicts:
-        if verdict.kind is Kind.REFERENCE_WRONG:
-            return verdict
+    """Verdict on the contradiction; with a certificate where the second answer, of no cell of its own, is refuted."""
     excess, scene = float(pair.found.excess[i]), pair.scenes[i]
-    lost = pair.answers.status[i] in LOST
-    name = pair.asked.engine.name
+    name, second = pair.asked.engine.name, verdicts[1]
     claim = f"{name} answers {told[0]}; and after {pair.relation.changing}, {told[1]}: {symptom}."
-    for verdict, which, about in zip(verdicts, ("first", "second"), (scene, pair.second(i)), strict=True):
-        if verdict.kind in (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT) and (
-            excess > 0 or lost or _explains(pair, i, verdict.symptom)
-        ):
-            proof = verdict.proof_scene or about
-            amount = verdict.amount or max(excess, 0.0)
-            text = f"{claim} The {which} of the two is proven wrong: {verdict.claim}"
-            bounds = verdict.lower, verdict.upper
-            severity = verdict.severity
-            return Verdict(Kind.INCONSISTENT, symptom, severity, amount, *bounds, text, verdict.certificate, proof)
+    if second.kind in FINDINGS and (second.kind is not Kind.WRONG or _explains(pair, i, second.symptom)):
+        amount, proof = second.amount or max(excess, 0.0), second.proof_scene or pair.second(i)
+        text = f"{claim} The second of the two is proven wrong: {second.claim}"
+        bounds = second.lower, second.upper
+        certificate = second.certificate
+        return Verdict(Kind.INCONSISTENT, symptom, second.severity, amount, *bounds, text, certificate, proof)
     if excess > 0 and pair.image.self_evident(pair.asked):
         text = f"{claim} By what it promises for both, at least one of the two is wrong, by {excess / 2:.3g}."
-        severity = severity_of(symptom, excess, scene.size)
-        return Verdict(Kind.INCONSISTENT, symptom, severity or Severity.SMALL, excess, claim=text)
+        return Verdict(Kind.INCONSISTENT, symptom, severity_of(symptom, excess, scene.size), excess, claim=text)
     undecided = any(verdict.kind is Kind.UNDECIDED for verdict in verdicts)
     return Verdict(Kind.UNDECIDED if undecided else Kind.CONVENTION if excess > 0 else Kind.AGREES)

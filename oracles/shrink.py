@@ -15,33 +15,46 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
+from random import Random
 
 import numpy as np
+from hypothesis import HealthCheck, find, settings
+from hypothesis.errors import NoSuchExample
 
-from oracles.clumsiness import odd_numbers
+from oracles.clumsiness import clumsiness, odd_numbers
 from oracles.engine import Array
+from oracles.home import at_home
 from oracles.judges import finding_of
 from oracles.likeness import Failing, failing, key_of
 from oracles.motion import Motion
 from oracles.outcome import Finding, Kind
 from oracles.plain import plain_scenes
+from oracles.plain_bodies import plain_pairs
 from oracles.plain_impacts import restaged, simpler_motions
 from oracles.reference import is_quick
 from oracles.relations import Bench, question
 from oracles.scene import IMPACT, Cell, Scene, packed_rows
-from oracles.simpler import batch_of, by_form, kept_apart, moved, simpler_proxies
+from oracles.simpler import batch_of, by_form, kept_apart, moved, several_changed, simpler_proxies
 
-TRIES = 3000
-"""Scenes that are put before an engine for one finding."""
+TRIES = 1600
+"""Scenes that are put before an engine for one finding; for each further one of the same symptom half as many."""
 TRIES_SEARCHED = 800
 """Where the judge has to search for each answer."""
-TRIES_FORMED = 500
+TRIES_FORMED = 400
 """Where making a proxy takes time as well: hulls, slabs, meshes, composites."""
 TRIES_RELATED = 100
 """Where a relation between two scenes is broken: each try asks the engine twice, on its own."""
 TRIES_LOST = 6
 """Where the engine was lost, or ran out of time, on the scene: each try may cost as much again."""
+TRIES_LEAST = 200
 MOST_STEPS = 40
+FEW = 3
+"""Numbers that a person takes in at a glance."""
+CAREFULLY = settings(
+    max_examples=100, database=None, deadline=None, suppress_health_check=list(HealthCheck), derandomize=False
+)
+NEAR = 12
+"""Plain scenes of which the bodies are brought to each of the gaps."""
 AT_ONCE = 150
 """Candidates that are asked before one looks whether one of them will do."""
 GIVE_UP_AFTER = 1
@@ -72,6 +85,7 @@ def shrink_all(findings: Sequence[Finding], bench: Bench, *, tries: int | None =
     list of Finding
         Each with a verdict of its own; one that does not come again is marked as such.
     """
+    findings = [at_home(finding, bench) for finding in findings]
     groups: dict[tuple[Cell, Kind, str, str], list[int]] = {}
     for i, finding in enumerate(findings):
         relation = finding.related.relation if finding.related else ""
@@ -101,6 +115,8 @@ class _Search:
     """Scenes around which nothing simpler is."""
     proven: dict[bytes, Finding | None] = field(default_factory=dict)
     tries: int = 0
+    searched: int = 0
+    """Findings for which the engine has been asked."""
 
     @property
     def lost(self) -> bool:
@@ -111,11 +127,14 @@ class _Search:
         """Shrink findings one after the other; what the later ones learn may lead the earlier ones farther."""
         if self.kind is Kind.REFERENCE_WRONG:
             return findings
-        if not self.lost:
+        ways = [[failing(finding)] for finding in findings]
+        if self.lost:
+            self.known = {way[0].key: way[0] for way in ways}
+        else:
             self.tries = len(findings)
             self.ask(finding.scene for finding in findings)
-        repeats = [self.lost or key_of(finding.scene) in self.known for finding in findings]
-        ways = [[failing(finding)] for finding in findings]
+        repeats = [way[0].key in self.known or self._convict(way[0].scene) is not None for way in ways]
+        self.proven = {way[0].key: finding for way, finding in zip(ways, findings, strict=True)}
         for way, again, finding in zip(ways, repeats, findings, strict=True):
             if again:
                 self._go(way, finding.scene.regime, tries)
@@ -128,19 +147,25 @@ class _Search:
 
     def _go(self, way: list[Failing], regime: str, tries: int | None) -> None:
         """Find better and better scenes."""
-        self.tries = tries or self._allowance()
         self._go_on(way)
+        if way[-1].key in self.exhausted:
+            return
+        allowance = self._allowance() if tries is None else tries
+        self.tries = min(allowance, max(TRIES_LEAST, allowance >> self.searched))
+        self.searched += 1
         self.ask(plain_scenes(self.cell, regime))
         self._go_on(way)
         for _ in range(MOST_STEPS):
-            if self.lost or way[-1].key in self.exhausted or not self._improve(way):
+            if self.lost or way[-1].key in self.exhausted:
+                break
+            if not (self._improve(way) or self._improve_jointly(way)):
                 break
 
     def _allowance(self) -> int:
         """How many scenes may be tried for one finding, by what each costs."""
         kinds = self.cell.type_a, self.cell.type_b
         if self.lost:
-            return TRIES_LOST
+            return 0 if self.asked else TRIES_LOST
         if any(kind.header for kind in kinds):
             return TRIES_FORMED
         return TRIES if is_quick(*kinds) else TRIES_SEARCHED
@@ -156,6 +181,25 @@ class _Search:
         if self.tries > 0:
             self.exhausted.add(best.key)
         return False
+
+    def _improve_jointly(self, way: list[Failing]) -> bool:
+        """Have Hypothesis look for several numbers that can be made simpler together, where many are odd."""
+        best = way[-1]
+        if odd_numbers(best.scene) <= FEW or best.scene.motion is not None:
+            return False
+
+        def is_better(scene: Scene) -> bool:
+            if clumsiness(scene) >= clumsiness(best.scene) or not self.tries > 0:
+                return False
+            self.ask([scene])
+            found = self.known.get(key_of(scene))
+            return found is not None and best.best_of([found]) is found
+
+        try:
+            find(several_changed(best.scene), is_better, settings=CAREFULLY, random=Random(0))
+        except NoSuchExample:
+            return False
+        return self._go_on(way)
 
     def _go_on(self, way: list[Failing]) -> bool:
         """Go to the best of what is known and may be gone to, and on from there."""
@@ -238,7 +282,7 @@ def _passes(best: Failing) -> Iterator[Iterable[Scene]]:
     """Candidates around a scene, the boldest first."""
     scene = best.scene
     if not best.strain and odd_numbers(scene) == 0:
-        if not best.is_gross and scene.motion is None:
+        if best.slightness and scene.motion is None:
             yield kept_apart([scene], GAPS)
         return
     if scene.motion is not None:
@@ -247,6 +291,8 @@ def _passes(best: Failing) -> Iterator[Iterable[Scene]]:
         return
     yield moved(scene)
     yield kept_apart([scene], GAPS)
+    if best.slightness or "nearly touching" in best.special:
+        yield kept_apart(list(islice(plain_pairs(scene.cell), NEAR)), GAPS)
     yield _changed(scene)
     yield from (kept_apart(some, [0.0]) for some in _in_parts(_changed(scene)))
 

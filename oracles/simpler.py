@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from hypothesis import assume
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
@@ -23,6 +25,8 @@ from refimpl.shapes import Capsule, Cylinder, HalfSpace, Polyhedron, Ray
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 FORMED = (ConvexPolyhedron, Polyhedron, Composite)
 DECIMALS = (0, 1, 2, 3)
+STAYING = 3
+"""How much likelier it is that a number stays than that it is made simpler."""
 MOST_PARTS = 24
 """Vertices, planes, slabs or parts that are left out one by one."""
 
@@ -37,6 +41,12 @@ def simpler_numbers(x: float) -> list[float]:
     apart = x - whole
     farther = [whole + 10.0 * apart, whole + 100.0 * apart] if 0 < abs(apart) < 1e-2 else []
     return [y for y in dict.fromkeys([*signed, whole, *digits, *farther]) if y != x]
+
+
+def powers_of_ten(row: Array) -> Array:
+    """The nearest power of ten of each number, with its sign."""
+    sizes = np.where(row == 0, 1.0, np.abs(row))
+    return np.asarray(np.where(row == 0, 0.0, np.sign(row) * 10.0 ** np.round(np.log10(sizes))))
 
 
 def changeable(shape: Proxy) -> NDArray[np.bool_]:
@@ -64,6 +74,25 @@ def with_sides(scene: Scene, a: Proxy | None, b: Proxy | None) -> Iterator[Scene
     """The scene with other proxies, unless one of them could not be made."""
     if a is not None and b is not None:
         yield replace(scene, a=a, b=b)
+
+
+@st.composite
+def several_changed(draw: st.DrawFn, scene: Scene) -> Scene:
+    """The scene with any of its odd numbers simpler, several at once; the simplest draw is the simplest scene.
+
+    Each number most often stays, so that scenes come up in which the fault is still there.
+    """
+    made = []
+    for shape in (scene.a, scene.b):
+        row = shape.pack().copy()
+        for i in np.flatnonzero(changeable(shape)):
+            x = float(row[i])
+            if x not in PLAIN:
+                simpler = simpler_numbers(x)
+                row[i] = draw(st.sampled_from([*simpler, *[x] * (STAYING * len(simpler))]))
+        made.append(rebuilt(shape, row))
+    assume(made[0] is not None and made[1] is not None)
+    return next(with_sides(scene, *made))
 
 
 # -- the whole scene -----------------------------------------------------------------------------------------
@@ -125,10 +154,12 @@ def simpler_proxies(shape: Proxy) -> Iterator[Proxy]:
 
 def simpler_rows(row: Array, mask: NDArray[np.bool_]) -> Iterator[Array]:
     """Rows with all numbers rounded, and with one number changed."""
-    for decimals in DECIMALS:
-        rounded = np.where(mask, np.round(row, decimals), row)
-        if not np.array_equal(rounded, row):
-            yield rounded
+    rounded = [np.round(row, decimals) for decimals in DECIMALS]
+    rounded += [np.array([float(f"{x:.{digits}e}") for x in row]) for digits in (0, 1)]
+    for numbers in [powers_of_ten(row), *rounded]:
+        changed = np.where(mask, numbers, row)
+        if not np.array_equal(changed, row):
+            yield changed
     for i in np.flatnonzero(mask):
         for x in simpler_numbers(float(row[i])):
             changed = row.copy()
@@ -147,7 +178,7 @@ def _along_axes(shape: Proxy) -> Iterator[Proxy]:
             made.append(rebuilt(shape, np.concatenate([row[:3], np.full(3, size), row[6:]])))
     if isinstance(shape, (Capsule, Cylinder)):
         middle, half = shape.reference_point, (shape.q - shape.p) / 2
-        for step in (_dominant(half), *(np.eye(3)[i] for i in range(3))):
+        for step in (_dominant(half), *(np.eye(3)[i] for i in range(3)), 10 * half, 100 * half):
             made += [rebuilt(shape, np.concatenate([middle - step, middle + step, row[6:]]))]
             made += [rebuilt(shape, np.concatenate([shape.p, shape.p + 2 * step, row[6:]]))]
     if isinstance(shape, Ray):

@@ -7,6 +7,7 @@ and go on where it ended. What a task finds is filed by the campaign alone (`ora
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from dataclasses import dataclass
 from hashlib import sha256
 from threading import Lock, Thread
@@ -17,6 +18,8 @@ from oracles.bench import Setup, Workshop, close_workshop, workshop
 from oracles.bulk import bulk
 from oracles.clock import timed, watch
 from oracles.hunt import hunting
+from oracles.ledger.replay import Replayed, replay
+from oracles.ledger.witness import Witness
 from oracles.library import using
 from oracles.outcome import Finding, Outcome
 from oracles.scene import Cell
@@ -91,6 +94,35 @@ class ShrinkTask(Task):
         """Shrink; the outcome's findings are those of the task, in their order."""
         with timed("shrinking"):
             return Outcome(findings=shrink_all(self.findings, shop.bench(self.findings[0].engine)))
+
+
+@dataclass(frozen=True)
+class ReplayTask(Task):
+    """A witness of the ledger, asked again."""
+
+    witness: Witness
+
+    @property
+    def name(self) -> str:
+        """Engine and witness."""
+        return f"replay-{self.witness.engine}-{self.witness.id}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Ask and judge anew; the digest is of the verdict, for it is not known what the engine says."""
+        bench, scene = shop.bench(self.witness.engine), self.witness.scene
+        outcome = Outcome(hunters=Counter({"replay": 1}))
+        with timed("replay"):
+            found = replay(self.witness, bench.ask, bench.judges)
+        outcome.counts[bench.name, scene.query, scene.cell.pair, scene.regime, found.kind] += 1
+        if found.finding is not None:
+            outcome.findings.append(found.finding)
+        outcome.digest = sha256(f"{found.kind} {found.finding and found.finding.answer}".encode()).hexdigest()
+        return outcome
+
+    def replayed(self, outcome: Outcome) -> Replayed | None:
+        """What the outcome says of the witness; None where there is none, because the task failed."""
+        kinds = [key[4] for key in outcome.counts]
+        return Replayed(self.witness, kinds[0], next(iter(outcome.findings), None)) if kinds else None
 
 
 _one_at_a_time = Lock()

@@ -16,7 +16,7 @@ from oracles.isolation.board import NOWHERE_YET, PENDING, REMARKED, Job
 from oracles.isolation.guarded import Guarded, GuardLost
 from oracles.isolation.hands import Limits
 from oracles.motion import WIDTH
-from oracles.scene import IMPACT
+from oracles.scene import IMPACT, Scene
 
 MEMORY_LIMIT = 2 << 30
 START_LIMIT = 120.0
@@ -110,6 +110,11 @@ class EngineWorker:
         """
         self.submit(query, A, B, rows_a, rows_b, groups=groups, give_up_after=give_up_after)
         return self.result()
+
+    def ask(self, scene: Scene) -> Answers:
+        """Have one scene answered."""
+        rows = (row[None] for row in scene.rows)
+        return self.answer(scene.query, type(scene.a), type(scene.b), *rows)
 
     def submit(
         self,

@@ -1,7 +1,8 @@
 """The command line: ``proxyproof run``, ``table``, ``bounces``, ``models`` and ``hunt-mutants``.
 
-Exit status: 0 finished, 1 incomplete, 2 bad input (one line on standard error), 3 the reference was proven wrong,
-130 interrupted. Commands import what they need when they run, so that help and the table need no engine.
+Exit status: 0 finished and as the ledger expects, 1 incomplete or not as expected, 2 bad input (one line on standard
+error), 3 the reference was proven wrong, 130 interrupted. Commands import what they need when they run, so that help
+and the table need no engine.
 """
 
 from __future__ import annotations
@@ -119,7 +120,7 @@ def models(
     folder: Annotated[
         Path | None,
         typer.Argument(
-            parser=options.folder("DIR"),
+            parser=options.place("DIR"),
             metavar="[DIR]",
             help="Folder of meshes and URDFs. Default: PyBullet's, which takes minutes.",
         ),

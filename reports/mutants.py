@@ -8,15 +8,17 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
+from oracles.clumsiness import odd_numbers
 from oracles.outcome import FINDINGS
 from oracles.planted.hunting import MOST_ODD, Hunted, hunted, questioned
 from oracles.planted.mutant import Mutant
 from oracles.planted.mutants import MUTANTS
+from oracles.scene import Scene
 from reports.text import visible
 
 HEADINGS = ("mutant", "cell", "found after", "buckets", "numbers", "what the hunter says", "witness")
 WIDTHS = (28, 28, 11, 7, 7, 44, 0)
-LONGEST_WITNESS = 160
+LONGEST_WITNESS = 400
 
 
 def names() -> list[str]:
@@ -86,11 +88,15 @@ def line(found: Hunted, *, markdown: bool) -> str:
     when = "never" if found.seconds is None else f"{found.seconds:.1f} s"
     symptoms = "; ".join(dict.fromkeys(bucket.symptom for bucket in found.buckets))
     said = "; ".join([*(f"FAULT: {fault}" for fault in found.faults), symptoms])
-    witness = found.smallest
-    shapes = "" if witness is None else visible(f"{witness.a} against {witness.b}", limit=LONGEST_WITNESS)
-    odd = "" if found.odd is None else str(found.odd)
+    shapes = "; ".join(visible(_scene(scene), limit=LONGEST_WITNESS) for scene in found.witnesses[:1])
+    odd = ", ".join(str(odd_numbers(scene)) for scene in found.witnesses)
     cells = (mutant.name, f"{mutant.query} {mutant.pair}", when, str(len(found.buckets)), odd, said, shapes)
     return _row(cells, markdown=markdown)
+
+
+def _scene(scene: Scene) -> str:
+    moving = "" if scene.motion is None else f", moving: {scene.motion.to_json()}"
+    return f"{scene.a} against {scene.b}{moving}"
 
 
 def _row(cells: Sequence[str], *, markdown: bool) -> str:
@@ -103,10 +109,10 @@ def summary(all_found: Sequence[Hunted]) -> list[str]:
     """Last lines: how many were found, named and gathered as they should be, and how small the witnesses are."""
     total = len(all_found)
     late = max((found.seconds for found in all_found if found.seconds is not None), default=0.0)
-    small = sum(found.odd is not None and found.odd <= MOST_ODD for found in all_found)
+    small, witnesses = (sum(many) for many in zip(*((f.small, len(f.witnesses)) for f in all_found), strict=True))
     return [
         f"{sum(f.found for f in all_found)} of {total} found, the last after {late:.1f} s",
         f"{sum(f.named for f in all_found)} of {total} named rightly: cell and symptom",
         f"{sum(f.found and f.gathered for f in all_found)} of {total} in at most two buckets",
-        f"{small} of {total} with a witness of at most {MOST_ODD} numbers that are not 0, 1, -1, 0.5 or 2",
+        f"{small} of {witnesses} witnesses with at most {MOST_ODD} numbers that are not 0, 1, -1, 0.5 or 2",
     ]

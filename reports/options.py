@@ -51,12 +51,12 @@ def whole(option: str, low: int, high: int) -> Callable[[str], int]:
     return parse
 
 
-def folder(option: str) -> Callable[[str], Path]:
-    """Make the parser of an option that names a folder."""
+def place(option: str, what: str = "folder") -> Callable[[str], Path]:
+    """Make the parser of an option that names a folder or a file."""
 
     def parse(said: str) -> Path:
         if not str(said).strip() or "\0" in str(said):
-            raise BadInput(f"{option} must name a folder, got {str(said)!r}")
+            raise BadInput(f"{option} must name a {what}, got {str(said)!r}")
         return Path(said)
 
     return parse

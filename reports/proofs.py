@@ -7,7 +7,6 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from oracles.records import certificate_to_json
 from refimpl.proof import (
     Certificate,
     Claim,
@@ -25,6 +24,7 @@ from refimpl.proof import (
 from refimpl.proof.claims import Place, Simple, Tree
 from refimpl.proof.impacts import ImpactCertificate, Residuals
 from refimpl.proof.vectors import Vector
+from refimpl.proof.wire import certificate_to_json
 from reports import text
 
 MOST_CLAIMS = 12

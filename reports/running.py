@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports import options, text
+from reports import ledgers, options, text
 from reports.options import MOST_PASSES, MOST_WORKERS, BadInput
 
 if TYPE_CHECKING:
@@ -69,11 +69,27 @@ def run(
     models: Annotated[
         Path | None,
         typer.Option(
-            parser=options.folder("--models"),
+            parser=options.place("--models"),
             metavar="DIR",
             help="Folder of meshes (OBJ, STL) and URDFs for scenes. Default: PyBullet's.",
         ),
     ] = None,
+    ledger: Annotated[
+        list[Path] | None,
+        typer.Option(
+            parser=options.place("--ledger", "file"),
+            metavar="FILE",
+            help="Ledger of known faults of your own, beside the shipped one; may be repeated.",
+        ),
+    ] = None,
+    update_ledger: Annotated[
+        bool,
+        typer.Option(
+            "--update-ledger",
+            help="Write what is NEW, STALE or CHANGED, and witnesses of entries without any, to the last FILE, "
+            "or to the shipped ledger.",
+        ),
+    ] = False,
     workers: Annotated[
         int | None,
         typer.Option(
@@ -88,7 +104,7 @@ def run(
     resume: Annotated[
         Path | None,
         typer.Option(
-            parser=options.folder("--resume"),
+            parser=options.place("--resume"),
             metavar="DIR",
             help="Go on where the run in this folder ended, with its options; --budget counts anew.",
         ),
@@ -96,22 +112,23 @@ def run(
     out: Annotated[
         Path | None,
         typer.Option(
-            parser=options.folder("--out"), metavar="DIR", help=f"Folder for report and record. Default: {OUT}."
+            parser=options.place("--out"), metavar="DIR", help=f"Folder for report and record. Default: {OUT}."
         ),
     ] = None,
 ) -> int:
     """Question engines, prove what they get wrong, and write a report.
 
-    Exit status: 0 finished, 1 incomplete, 2 bad input, 3 the reference itself was proven wrong, 130 interrupted.
+    Exit status: 0 finished and as the ledger expects; 1 incomplete, or with a bucket that is NEW or an entry that is
+    STALE or CHANGED; 2 bad input; 3 the reference itself was proven wrong; 130 interrupted.
     """
     asked = _Asked(engine, pair, budget, passes, seed, call_limit, models)
     if resume is not None:
         asked.fill_in(resume)
         if out not in (None, resume):
             raise BadInput(f"--resume goes on in its own folder: leave out --out {str(out)!r}")
-    question = asked.question()
+    question = asked.question() | {"ledger": ledgers.load(ledger or [], update=update_ledger)}
     found = _campaign(question, lambda: _executor(workers, dask), resume or out or OUT, resume=resume is not None)
-    return exit_status(found)
+    return exit_status(found, settled=ledgers.settle(found, question["ledger"], update=update_ledger))
 
 
 @dataclass
@@ -203,13 +220,13 @@ def _campaign(question: dict[str, Any], executor: Any, out: Path, *, resume: boo
     return found
 
 
-def exit_status(found: Run) -> int:
-    """Exit status that tells what became of a run; the gravest word wins."""
+def exit_status(found: Run, *, settled: bool = True) -> int:
+    """Exit status that tells what became of a run, and whether the ledger fits it; the gravest word wins."""
     if found.reference_wrong:
         return REFERENCE_WRONG
     if found.interrupted:
         return INTERRUPTED
-    return INCOMPLETE if found.problems else FINISHED
+    return INCOMPLETE if found.problems or not settled else FINISHED
 
 
 def _consoles() -> tuple[Console, Console]:

@@ -14,10 +14,10 @@ import numpy as np
 
 from oracles.answers import take
 from oracles.batch import Batch
+from oracles.clumsiness import odd_numbers
 from oracles.engine import WIDTH, Answers, Engine, Status, faults
 from oracles.judges import Judges
 from oracles.outcome import FINDINGS
-from oracles.planted.hunting import odd_numbers
 from oracles.planted.mutant import Mutant
 from oracles.planted.mutants import MUTANTS
 from oracles.scene import IMPACT, Cell, Scene, cells

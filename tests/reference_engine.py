@@ -26,7 +26,7 @@ from oracles.judges import Judges
 from oracles.motion import WIDTH as MOTION
 from oracles.motion import Motion
 from oracles.reference import SEARCH_ERROR
-from oracles.scene import BOOLEAN, IMPACT, RAYCAST, Cell
+from oracles.scene import BOOLEAN, IMPACT, RAYCAST, Cell, Scene
 
 
 class Reference(Engine):
@@ -78,6 +78,14 @@ class Desk:
 
     def __init__(self, engine: Engine, judges: Any = None) -> None:
         self.engine, self.judges = engine, judges or Judges(engine)
+
+    @property
+    def name(self) -> str:
+        return self.engine.name
+
+    def ask(self, scene: Scene) -> Answers:
+        first, second = scene.rows
+        return self.answer(scene.cell, (first[None], second[None]))
 
     def answer(
         self, cell: Cell, rows: tuple[Any, Any], groups: object = None, give_up_after: int | None = None

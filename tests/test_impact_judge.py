@@ -23,7 +23,7 @@ from oracles.impact_regimes import IMPACT_REGIMES
 from oracles.impact_stages import TARGETS
 from oracles.judge import CRASHED, TIMED_OUT
 from oracles.judges import Judges
-from oracles.known import KnownFaults
+from oracles.ledger import Ledger
 from oracles.motion import Motion
 from oracles.outcome import Kind, Severity
 from oracles.planted.textbook import Textbook
@@ -260,7 +260,7 @@ def test_a_lost_answer_keeps_its_text_and_the_truth(status: Status, symptom: str
 
 
 def test_a_right_engine_gives_no_finding_and_every_regime_is_compared() -> None:
-    run = run_campaign([f"{__name__}:Impulses"], budget=1e-9, seed=3, known=KnownFaults(), pairs=PAIRS)
+    run = run_campaign([f"{__name__}:Impulses"], budget=1e-9, seed=3, ledger=Ledger(), pairs=PAIRS)
     assert [(bucket.key, bucket.witness.verdict.claim) for bucket in run.buckets] == []
     assert run.problems == []
     for pair in PAIRS:

@@ -18,7 +18,7 @@ import pytest
 from oracles import claims
 from oracles.campaign import run_campaign
 from oracles.isolation.processes import children, marked
-from oracles.known import KnownFaults
+from oracles.ledger import Ledger
 from oracles.outcome import ANSWERED, FINDINGS, Run
 from oracles.scene import CONTACTS, DISTANCE
 from tests import hostile_engines as hostile
@@ -41,7 +41,7 @@ def mark(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 def campaign(engine: type[Honest]) -> Run:
     return run_campaign(
-        [spec(engine)], budget=0.0, passes=1, seed=3, pairs=["Sphere–Sphere"], call_limit=0.3, known=KnownFaults()
+        [spec(engine)], budget=0.0, passes=1, seed=3, pairs=["Sphere–Sphere"], call_limit=0.3, ledger=Ledger()
     )
 
 

@@ -21,7 +21,7 @@ import pytest
 from oracles.campaign import run_campaign
 from oracles.cluster import Cluster, ClusterUnavailable
 from oracles.executors import Crew, Here
-from oracles.known import KnownFaults
+from oracles.ledger import Ledger
 from oracles.outcome import Run
 from oracles.store import FOLDER, RecordError
 from tests.test_executors import gone
@@ -35,7 +35,7 @@ ROOT = Path(__file__).parents[1]
 
 def campaign(executor: Executor | None = None, **options: Any) -> Run:
     options = {"engines": [spec(OffByAThousandth)], "budget": 60.0, "seed": 3, "passes": 2, "pairs": PAIRS} | options
-    return run_campaign(known=KnownFaults(), executor=executor, **options)
+    return run_campaign(ledger=Ledger(), executor=executor, **options)
 
 
 def findings(run: Run) -> list[object]:

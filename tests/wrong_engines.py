@@ -266,6 +266,29 @@ class CrashingSolver(Honest):
         os.abort()
 
 
+class Switched(Honest):
+    """Right, or wrong in the way that the environment names, as is its version."""
+
+    name: ClassVar[str] = "switched"
+
+    def versions(self) -> dict[str, str]:
+        return {"switched": os.environ.get("SWITCHED_VERSION", "1.0")}
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        """Add to distances, or flip normals; on one side only, where the environment names one."""
+        fault, _, side = os.environ.get("SWITCHED_FAULT", "").partition("@")
+        if (side == "left" and row_a[0] > 0) or (side == "right" and row_a[0] <= 0):
+            fault = ""
+        if fault == "flipped" and "normal" in answer:
+            answer["normal"] = [-u for u in answer["normal"]]
+        elif fault == "lost":
+            if row_a[0] > 0:
+                os.abort()
+        elif fault and "distance" in answer:
+            answer["distance"] += float(fault) if math.isfinite(answer["distance"]) else 0.0
+        return answer_row(**answer)
+
+
 # -- engines that do not even start --------------------------------------------------------------------------
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from oracles.campaign import run_campaign
+from oracles.clumsiness import clumsiness, odd_numbers
 from oracles.engine import Engine
 from oracles.outcome import Bucket, Run
 from oracles.planted.mutant import Mutant
@@ -16,20 +17,13 @@ from oracles.scene import Scene, cells
 FOREVER = 1e9
 """Seconds: an end is set by other means."""
 MOST_BUCKETS = 2
-SIMPLE = (0.0, 1.0, -1.0, 0.5, 2.0)
-"""Numbers that a person takes in at a glance."""
 MOST_ODD = 3
-"""A witness is small when no more of its numbers are others."""
+"""A witness is small when no more of its numbers are others than 0, 1, −1, 0.5 and 2."""
 
 
 def supported_pairs(engine: Engine) -> list[str]:
     """Names of the pairs that an engine answers in any query."""
     return sorted({c.pair for c in cells() if engine.support(c.query, c.type_a, c.type_b)})
-
-
-def odd_numbers(scene: Scene) -> int:
-    """How many numbers of a scene are not simple."""
-    return sum(x not in SIMPLE for row in scene.rows for x in row.tolist())
 
 
 @dataclass
@@ -90,14 +84,14 @@ class Hunted:
         return len(self.buckets) <= MOST_BUCKETS
 
     @property
-    def smallest(self) -> Scene | None:
-        """The simplest of the buckets' witnesses."""
-        return min((b.witness.scene for b in self.buckets), key=odd_numbers, default=None)
+    def witnesses(self) -> list[Scene]:
+        """The buckets' witnesses, the simplest first."""
+        return sorted((bucket.witness.scene for bucket in self.buckets), key=clumsiness)
 
     @property
-    def odd(self) -> int | None:
-        """How many numbers of that are not simple."""
-        return None if self.smallest is None else odd_numbers(self.smallest)
+    def small(self) -> int:
+        """How many of them are small to a person's eye."""
+        return sum(odd_numbers(scene) <= MOST_ODD for scene in self.witnesses)
 
     @property
     def faults(self) -> list[str]:

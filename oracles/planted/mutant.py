@@ -71,7 +71,7 @@ def wrong(query: str, pair: str, *symptoms: str) -> Callable[[Class], Class]:
     """Register an engine that is wrong in this cell, by these symptoms; its docstring says what was changed."""
 
     def register(engine: Class) -> Class:
-        name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", engine.__name__).lower()
+        name = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "-", engine.__name__).lower()
         engine.name, engine.query, engine.pair = name, query, pair
         what = (engine.__doc__ or "").strip().splitlines()[0]
         assert name not in MUTANTS, name

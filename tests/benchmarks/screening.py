@@ -90,16 +90,14 @@ def _processor(worker: EngineWorker | None) -> float:
 
 
 def _of_group(process: int) -> float:
-    """Processor time of a process, of its children, and of those that have ended, as Linux counts it."""
-    found = 0.0
+    """Processor time of a process and all below it, of those that have ended too, as Linux counts it."""
     try:
         ended = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[13:15]
-        found += sum(map(int, ended)) / os.sysconf("SC_CLK_TCK")
-        for one in (process, *_children(process)):
-            found += int(Path(f"/proc/{one}/schedstat").read_text(encoding="ascii").split()[0]) / 1e9
+        own = int(Path(f"/proc/{process}/schedstat").read_text(encoding="ascii").split()[0]) / 1e9
     except (OSError, IndexError):
-        pass  # one has ended just now: what it took is noise
-    return found
+        return 0.0  # it has ended just now: what it took is noise
+    gone = sum(map(int, ended)) / os.sysconf("SC_CLK_TCK")
+    return own + gone + sum(_of_group(child) for child in _children(process))
 
 
 def _children(process: int) -> list[int]:
