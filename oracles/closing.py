@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from oracles.bench import Workshop
 from oracles.engine import Engine
-from oracles.impact_regimes import regimes_of
+from oracles.impact_regimes import is_of_impacts
 from oracles.outcome import ANSWERED, Kind, Run
-from oracles.scene import Scene
+from oracles.scene import IMPACT, Scene
 
 
 def write_scripts(run: Run, shop: Workshop) -> None:
@@ -40,7 +40,7 @@ def silent_cells(run: Run) -> list[str]:
     }
     for cell, note in run.support.items():
         engine, query, pair = cell
-        wanted = regimes_of(query)
+        wanted = [name for name in run.regimes if is_of_impacts(name) == (query == IMPACT)]
         lacking = [regime for regime in wanted if (*cell, regime) not in compared]
         if note.kind != "unsupported" and lacking:
             regimes = f"{len(lacking)} of {len(wanted)} regimes: {', '.join(lacking)}"

@@ -16,9 +16,9 @@ from oracles.engine import Answers
 from oracles.judges import finding_of
 from oracles.outcome import FINDINGS, SUSPECT, Finding, Kind, Outcome
 from oracles.scene import Cell, Scene
-from oracles.screening import Screening
+from oracles.screening import KINDS, Screening
 from oracles.search import Enough, Search
-from oracles.sheets import KINDS, Row, Sheet
+from oracles.sheets import Row, Sheet
 from oracles.steering import steer
 from oracles.strategies import scenes
 from oracles.words import decade_of
@@ -113,7 +113,7 @@ def hunting(
     """
     attack = _Attack(bench, cell)
     with timed("hunt"), constants_of(bench.engine):
-        Search(attack, seed, examples, database=database).run(scenes(cell))
+        Search(attack, seed, examples, database=database).run(scenes(cell, engines=(bench.engine,)))
     outcome = attack.outcome
     outcome.findings = attack.findings()
     for finding in outcome.findings:  # one count for each finding that is filed, none for the steps of its shrinking
