@@ -50,13 +50,16 @@ class Buckets:
     counted: dict[CountedKey, tuple[int, float]] = field(default_factory=dict)
 
     def add_proven(self, finding: Finding) -> Bucket:
-        """File a proven finding, and make it the witness of its pile when it is the simplest so far."""
-        key = key_of(finding)
+        """File a proven finding, and make it the witness of its pile when it is the simplest so far.
+
+        One that no entry of the ledger explains comes before all that are expected, so that none hides among them.
+        """
+        key, entry = key_of(finding), self._entry(finding)
         pile = self.piles.get(key)
         if pile is None:
-            pile = self.piles[key] = Bucket(*key, witness=finding)
-        elif _rank(finding) < _rank(pile.witness):
-            pile.witness = finding
+            pile = self.piles[key] = Bucket(*key, witness=finding, entry=entry)
+        elif (entry is not None, *_rank(finding)) < (pile.entry is not None, *_rank(pile.witness)):
+            pile.witness, pile.entry = finding, entry
         pile.proven += 1
         _count(pile, finding.scene.regime, finding.verdict.amount, 1)
         return pile
@@ -67,13 +70,21 @@ class Buckets:
         self.counted[key] = before + number, max(worst, worst_before)
 
     def to_shrink(self) -> list[tuple[Finding, ...]]:
-        """Witnesses that are yet to be shrunk: those of one engine, cell and symptom together, the simplest first."""
+        """Witnesses that are yet to be shrunk: those of one engine, cell and symptom together, the simplest first.
+
+        Groups with something new come first; the ledger's own witnesses stay as they are.
+        """
         groups: dict[tuple[str, ...], list[Finding]] = {}
-        for key in sorted(self.piles, key=str):
+        for key in sorted(self.piles, key=lambda key: (self.piles[key].entry is not None, str(key))):
             witness = self.piles[key].witness
-            if key not in self.ends and witness.verdict.kind is not Kind.REFERENCE_WRONG:
+            listed = (witness.engine, witness.scene.id) in self.ledger.witnesses
+            if key not in self.ends and not listed and witness.verdict.kind is not Kind.REFERENCE_WRONG:
                 groups.setdefault(key[:4], []).append(witness)
         return [tuple(sorted(group, key=_rank)) for group in groups.values()]
+
+    def new_to_shrink(self) -> int:
+        """How many groups of `to_shrink` have something new."""
+        return sum(any(self._entry(finding) is None for finding in group) for group in self.to_shrink())
 
     def rekey(self, findings: Iterable[Finding], shrunk: Iterable[Finding]) -> None:
         """Take note of what findings of `to_shrink` have been shrunk to."""
@@ -82,25 +93,27 @@ class Buckets:
     def sorted(self) -> list[Bucket]:
         """Piles whose witnesses have been shrunk to scenes of one key, as one.
 
+        A bucket is expected when the ledger explains all of its piles, by what was found or by what it was shrunk to.
         Reference faults come first, then new before known, graver before lighter, more frequent before rarer.
         """
         merged: dict[BucketKey, Bucket] = {}
         for pile in self._with_counted():
             end = self.ends.get(_key_of_pile(pile), pile.witness)
-            key = key_of(end)
+            key, entry = key_of(end), self._entry(end) or pile.entry
             bucket = merged.get(key)
             if bucket is None:
-                bucket = merged[key] = Bucket(*key, witness=end)
-            elif _rank(end) < _rank(bucket.witness):
-                bucket.witness = end
+                bucket = merged[key] = Bucket(*key, witness=end, entry=entry)
+            elif (entry is not None, *_rank(end)) < (bucket.entry is not None, *_rank(bucket.witness)):
+                bucket.witness, bucket.entry = end, entry
             bucket.proven += pile.proven
             for regime, number in pile.regimes.items():
                 _count(bucket, regime, pile.worst, number)
-        for bucket in merged.values():
-            witness = bucket.witness
-            entry = self.ledger.match(bucket.engine, witness.scene, witness.verdict)
-            bucket.entry = entry.name if entry else None
         return sorted(merged.values(), key=_order)
+
+    def _entry(self, finding: Finding) -> str | None:
+        """Name of the ledger's entry that explains a finding; None when it is new."""
+        entry = self.ledger.match(finding.engine, finding.scene, finding.verdict)
+        return entry.name if entry else None
 
     def _with_counted(self) -> list[Bucket]:
         """Copies of the piles, with what has been counted added to the nearest of the same cell and symptom.

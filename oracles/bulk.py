@@ -27,12 +27,13 @@ from oracles.words import decade_of
 from refimpl.compiling import batch_of
 from refimpl.pairs import TABLE
 
-SEARCHED = 6
-"""Pairs that need a search, corners or pieces get so many times fewer scenes than pairs with a closed form."""
+QUICK, SEARCHED = 8, 6
+"""Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
+fewer: drawing and judging cost by the batch rather than by the scene."""
 STEPPED = 3
 """Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
 AUDITED = 4
-"""One regime in so many is audited, where a proof is no closed form."""
+"""One regime in so many is audited in a task, in turn: a proof costs as much as a hundred answers."""
 GIVE_UP_AFTER = 1
 
 
@@ -40,19 +41,21 @@ GIVE_UP_AFTER = 1
 class Proofs:
     """Which suspects of a task are proven one by one: proofs cost milliseconds, of searches a hundred.
 
-    Of findings that look alike the first few are, in each regime where proofs are quick; the rest is counted.
+    Of findings that look alike the first are: of each decade of the error, and of each regime where proofs are quick.
+    The rest is counted.
     """
 
-    per_regime: int = 1
-    of_searched: int = 2
+    alike: int = 2
     _tried: Counter[tuple[object, ...]] = field(default_factory=Counter)
 
     def wanted(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
         quick = is_quick(cell.type_a, cell.type_b) and cell.query != IMPACT
-        key = (engine, cell, symptom, decade, regime if quick else "")
-        self._tried[key] += 1
-        return self._tried[key] <= (self.per_regime if quick else self.of_searched)
+        kinds = [(engine, cell, symptom, decade), *([(engine, cell, symptom, regime)] if quick else [])]
+        new = any(self._tried[kind] < self.alike for kind in kinds)
+        if new:
+            self._tried.update(kinds)
+        return new
 
 
 @dataclass
@@ -77,8 +80,8 @@ class _Bulk:
 
     @property
     def many(self) -> int:
-        """Scenes of each regime: fewer where each costs a search."""
-        return self.each if is_quick(*self.pair) else max(1, self.each // SEARCHED)
+        """Scenes of each regime: more of pairs with a closed form, fewer where each costs a search."""
+        return self.each * QUICK if is_quick(*self.pair) else max(1, self.each // SEARCHED)
 
     @cached_property
     def regimes(self) -> dict[str, Regime]:
@@ -94,7 +97,7 @@ class _Bulk:
             batches = Batch.draw(self.pair, seed, shard, self.many, self.regimes) if self.shop.at_rest else []
             if IMPACT in asked:
                 impacts = impact_regimes_for(bench.engine for bench in self.shop.benches)
-                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, self.each // STEPPED), impacts)
+                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, self.many // STEPPED), impacts)
             return batches
 
     def ask(self, cell: Cell, batch: Batch) -> None:
@@ -150,11 +153,10 @@ class _Bulk:
         return verdict.kind
 
     def audit(self, batch: Batch) -> None:
-        """Prove the reference's own answer on one scene of each regime, or of some in turn where proofs take time."""
+        """Prove the reference's own answer on one scene of each regime whose turn it is."""
         first = np.unique(batch.groups, return_index=True)[1]
-        if batch.motion is not None or not is_quick(*self.pair):
-            turn = self.number + list(TABLE).index(self.pair)
-            first = first[batch.groups[first] % AUDITED == turn % AUDITED]
+        turn = self.number + list(TABLE).index(self.pair)
+        first = first[batch.groups[first] % AUDITED == turn % AUDITED]
         query = next(q for q in (RAYCAST, DISTANCE, IMPACT) if batch.is_of(q))
         with timed("audit"):
             for i in first:

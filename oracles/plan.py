@@ -20,6 +20,8 @@ from oracles.tasks import BulkTask, HuntTask, ReplayTask, Task
 
 FIRST_PASS, LARGEST_PASS = 6, 100
 """Scenes of each regime and pair in the first pass and in the largest."""
+GROWTH = 8
+"""Many scenes of a batch cost hardly more than a few: once every cell has had its turn, passes soon are large."""
 
 
 def replays(ledger: Ledger, engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
@@ -48,7 +50,7 @@ def later_passes(
 
 
 def _bulk(pairs: Sequence[PairKey], seed: int, number: int) -> Iterator[Task]:
-    each = min(FIRST_PASS * 4**number, LARGEST_PASS)
+    each = min(FIRST_PASS * GROWTH**number, LARGEST_PASS)
     for index in np.random.default_rng([seed, number]).permutation(len(pairs)):
         yield BulkTask(pairs[index], number, each)
 

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Any
 
 from oracles.impact_judge import broken_by
-from oracles.outcome import Finding, Kind, Outcome, Severity, Verdict
+from oracles.outcome import Finding, Kind, Outcome, Related, Severity, Verdict
 from oracles.scene import Scene
 from refimpl.proof import Certificate, check, from_json
 from refimpl.proof.claims import Bound
@@ -99,6 +99,8 @@ def finding_to_json(finding: Finding) -> dict[str, Any]:
         "answer": finding.answer,
         "reference": finding.reference,
         "text": finding.text,
+        "repeats": finding.repeats,
+        "related": None if finding.related is None else _related_to_json(finding.related),
         **{
             name: getattr(verdict, name)
             for name in ("kind", "symptom", "severity", "amount", "lower", "upper", "claim")
@@ -132,7 +134,17 @@ def finding_from_json(data: Any) -> Finding:
     if gap:
         raise ValueError(gap)
     answer, reference = _answer(data["answer"]), _answer(data["reference"])
-    return Finding(_text(data["engine"]), scene, answer, reference, verdict, _text(data["text"]))
+    related = None if data["related"] is None else _related_from_json(data["related"])
+    text, repeats = _text(data["text"]), bool(data["repeats"])
+    return Finding(_text(data["engine"]), scene, answer, reference, verdict, text, repeats, related)
+
+
+def _related_to_json(related: Related) -> dict[str, Any]:
+    return {"relation": related.relation, "scene": related.scene.to_json(), "answer": related.answer}
+
+
+def _related_from_json(data: Any) -> Related:
+    return Related(_text(data["relation"]), Scene.from_json(data["scene"]), _answer(data["answer"]))
 
 
 def _answer(data: Any) -> dict[str, object]:

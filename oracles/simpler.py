@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from hypothesis import assume
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
@@ -23,6 +25,8 @@ from refimpl.shapes import Capsule, Cylinder, HalfSpace, Polyhedron, Ray
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 FORMED = (ConvexPolyhedron, Polyhedron, Composite)
 DECIMALS = (0, 1, 2, 3)
+STAYING = 3
+"""How much likelier it is that a number stays than that it is made simpler."""
 MOST_PARTS = 24
 """Vertices, planes, slabs or parts that are left out one by one."""
 
@@ -70,6 +74,25 @@ def with_sides(scene: Scene, a: Proxy | None, b: Proxy | None) -> Iterator[Scene
     """The scene with other proxies, unless one of them could not be made."""
     if a is not None and b is not None:
         yield replace(scene, a=a, b=b)
+
+
+@st.composite
+def several_changed(draw: st.DrawFn, scene: Scene) -> Scene:
+    """The scene with any of its odd numbers simpler, several at once; the simplest draw is the simplest scene.
+
+    Each number most often stays, so that scenes come up in which the fault is still there.
+    """
+    made = []
+    for shape in (scene.a, scene.b):
+        row = shape.pack().copy()
+        for i in np.flatnonzero(changeable(shape)):
+            x = float(row[i])
+            if x not in PLAIN:
+                simpler = simpler_numbers(x)
+                row[i] = draw(st.sampled_from([*simpler, *[x] * (STAYING * len(simpler))]))
+        made.append(rebuilt(shape, row))
+    assume(made[0] is not None and made[1] is not None)
+    return next(with_sides(scene, *made))
 
 
 # -- the whole scene -----------------------------------------------------------------------------------------

@@ -138,6 +138,8 @@ def what_ran(run: Run) -> list[tuple[str, str]]:
         ("started", text.visible(run.started)),
         ("time", f"{text.seconds(run.seconds)} of a budget of {text.seconds(run.budget)}"),
         ("seed", str(run.seed)),
+        ("digest of every answer", run.digest or "none"),
+        *([("from an earlier record", text.plural(run.recalled, "task"))] if run.recalled else []),
         ("cells", f"{cells}; {text.plural(len(tables.regimes(run)), 'regime')}"),
         ("scenes asked", text.count(tables.total(verdicts, COMPARED))),
         ("scenes by hunter", ", ".join(f"{name} {text.count(n)}" for name, n in run.hunters.items()) or "none"),

@@ -237,13 +237,14 @@ def _coverage_entry(verdicts: Counter[Kind]) -> Entry:
 
 
 def timing(run: Run) -> Table:
-    """Where the time went."""
+    """Where the time went, of all workers together."""
+    whole = sum(run.timing.values())
     rows = [
-        (Entry(text.visible(name)), Entry(text.seconds(spent)), Entry(text.share(spent, run.seconds)))
+        (Entry(text.visible(name)), Entry(text.seconds(spent)), Entry(text.share(spent, whole)))
         for name, spent in sorted(run.timing.items(), key=lambda item: -item[1])
     ]
     return Table(
-        "Time spent; engines answer while the judge works, so the parts overlap",
+        f"Time that all workers together have spent; the run took {text.seconds(run.seconds)} by the clock",
         (Column("on"), Column("time", True), Column("share", True)),
         tuple(rows),
     )

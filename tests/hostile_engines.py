@@ -516,6 +516,16 @@ class RoundsUpFromTheStart(Honest):
 # -- right answers with bad manners, in every scene or in some -----------------------------------------------
 
 
+class Unhurried(Honest):
+    """Right, in its own time."""
+
+    name: ClassVar[str] = "unhurried"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        time.sleep(0.002)
+        return super().spoil(answer, row_a)
+
+
 class ChangesRounding(Honest):
     name: ClassVar[str] = "changes-rounding"
 

@@ -139,6 +139,7 @@ def test_what_is_written_reads_back(tmp_path: Path) -> None:
         query=("distance",),
         pair=("Sphere–*", "*–Box"),
         symptom=("distance too *",),
+        degeneracy=("touching", "near*"),
         regime=("tiny",),
         decades=(-9, -3),
         at_most=0.5,
@@ -170,8 +171,8 @@ def a_witness() -> Witness:
     certificate = certify(scene.a, scene.b)
     lower, upper = map(float, check(certificate, scene.a, scene.b))
     verdict = Verdict(Kind.WRONG, "distance too large", Severity.LARGE, 0.1, lower, upper, "so", certificate)
-    said = {"distance": float("nan"), "on_a": [0.1, float("inf"), -float("inf")]}
-    return Witness.of(Finding("e", scene, said, {}, verdict), "key", "1.5")
+    said: dict[str, object] = {"distance": float("nan"), "on_a": [0.1, float("inf"), -float("inf")]}
+    return Witness(Finding("e", scene, said, {"distance": lower}, verdict), "key", "1.5")
 
 
 def test_a_witness_reads_back_with_its_proof(tmp_path: Path) -> None:
@@ -182,7 +183,7 @@ def test_a_witness_reads_back_with_its_proof(tmp_path: Path) -> None:
     read = load_witness(tmp_path, "e", witness.id)
     assert read.id == witness.id
     assert read.to_text() == witness.to_text()
-    assert check(read.proof, read.scene.a, read.scene.b) == check(witness.proof, witness.scene.a, witness.scene.b)
+    assert read.finding.verdict.certificate == witness.finding.verdict.certificate
 
 
 HOSTILE: list[tuple[Any, str]] = [
@@ -192,20 +193,26 @@ HOSTILE: list[tuple[Any, str]] = [
     ("1" * 10_000, "is no witness"),
     (" " * (LARGEST + 1), f"is larger than {LARGEST} bytes"),
     ({"format": "proxyproof-witness-2"}, "its format is not proxyproof-witness-1"),
-    ({"engine": "../../e"}, "is the witness"),
-    ({"engine": 3}, "engine must be a text"),
-    ({"claim": "x" * 10_000}, "claim must be a text of at most 2000 characters"),
-    ({"amount": "much"}, "amount must be a number"),
-    ({"amount": True}, "amount must be a number"),
-    ({"answer": []}, "answer must be an object"),
-    ({"scene": None}, "is no witness"),
-    ({"scene": {"query": "distance"}}, "is no witness"),
-    ({"proof_scene": 3}, "is no witness"),
-    ({"scene_radius": -1.0}, "is no witness"),
-    ({"scene_radius": 2.0}, "is the witness"),
-    ({"scene_radius": 1e400}, "is no witness"),
-    ({"scene_radius": [[1.0]]}, "is no witness"),
-    ({"scene_type": "os.system"}, "unknown type 'os.system'"),
+    ({"key": 3}, "key and version must be texts"),
+    ({"version": "x" * 1000}, "key and version must be texts of at most 200 characters"),
+    ({"finding": None}, "is no witness"),
+    ({"finding engine": "../../e"}, "is the witness"),
+    ({"finding engine": 3}, "not a text"),
+    ({"finding claim": "x" * 10_000}, "not a text of at most 2000 characters"),
+    ({"finding kind": "fine"}, "is not a valid Kind"),
+    ({"finding amount": "much"}, "is no witness"),
+    ({"finding lower": 1.5}, "the certificate proves only"),
+    ({"finding certificate": None}, "no certificate proves it wrong"),
+    ({"finding certificate": {"claims": []}}, "is no witness"),
+    ({"finding answer": []}, "is no witness"),
+    ({"finding answer": {"distance": "x" * 100}}, "is no witness"),
+    ({"finding scene": None}, "is no witness"),
+    ({"finding proof_scene": 3}, "is no witness"),
+    ({"radius": -1.0}, "is no witness"),
+    ({"radius": 2.0}, "the certificate"),
+    ({"radius": 1e400}, "is no witness"),
+    ({"radius": [[1.0]]}, "is no witness"),
+    ({"type": "os.system"}, "unknown type 'os.system'"),
 ]
 
 
@@ -215,16 +222,18 @@ def test_a_witness_that_is_none_is_refused(change: Any, said: str, tmp_path: Pat
     data = json.loads(witness.to_text())
     if isinstance(change, dict):
         for name, value in change.items():
-            if name == "scene_radius":
-                data["scene"]["a"]["numbers"][3] = value
-            elif name == "scene_type":
-                data["scene"]["a"]["type"] = value
+            if name == "radius":
+                data["finding"]["scene"]["a"]["numbers"][3] = value
+            elif name == "type":
+                data["finding"]["scene"]["a"]["type"] = value
+            elif name.startswith("finding "):
+                data["finding"][name.removeprefix("finding ")] = value
             else:
                 data[name] = value
     path = path_of(tmp_path, "e", witness.id)
     path.parent.mkdir(parents=True)
     path.write_text(change if isinstance(change, str) else json.dumps(data), "utf-8")
-    with pytest.raises(LedgerError, match=r"own|witness|larger|deeply") as caught:
+    with pytest.raises(LedgerError) as caught:
         load_witness(tmp_path, "e", witness.id)
     assert said in str(caught.value)
     assert str(path) in str(caught.value)

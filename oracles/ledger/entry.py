@@ -10,12 +10,14 @@ from fnmatch import fnmatchcase
 from packaging.specifiers import SpecifierSet
 from packaging.version import InvalidVersion, Version
 
+from oracles.degeneracy import degeneracy
 from oracles.outcome import Kind, Verdict
 from oracles.scene import Scene
 from oracles.words import decade_of
 from refimpl import AABB, Box, Composite, Cylinder, Proxy
 from refimpl.linear import norm
 
+ANY = ("*",)
 ANY_DECADE = (-400, 0)
 """First and last decade that the ratio of two doubles can have, errors larger than the scene counted as of its size."""
 
@@ -38,8 +40,8 @@ class Entry:
         Names the entry among those of its engine.
     cause
         What goes wrong where in the engine, and when.
-    query, pair, symptom, regime
-        Shell patterns, of which one has to fit.
+    query, pair, symptom, degeneracy, regime
+        Shell patterns, of which one has to fit; the degeneracy is what is special about the scene itself.
     decades
         First and last decade of the error relative to the scene's size; findings without an amount fit any.
     at_most, within
@@ -63,10 +65,11 @@ class Entry:
     engine: str
     name: str
     cause: str
-    query: tuple[str, ...] = ("*",)
-    pair: tuple[str, ...] = ("*",)
-    symptom: tuple[str, ...] = ("*",)
-    regime: tuple[str, ...] = ("*",)
+    query: tuple[str, ...] = ANY
+    pair: tuple[str, ...] = ANY
+    symptom: tuple[str, ...] = ANY
+    degeneracy: tuple[str, ...] = ANY
+    regime: tuple[str, ...] = ANY
     decades: tuple[int, int] = ANY_DECADE
     at_most: float = math.inf
     within: float = math.inf
@@ -97,7 +100,9 @@ class Entry:
         )
         if not all(_fits(text, patterns) for patterns, text in texts):
             return False
-        return self._has_amount(scene, verdict) and self._has_scene(scene)
+        if not (self._has_amount(scene, verdict) and self._has_scene(scene)):
+            return False
+        return self.degeneracy == ANY or _fits(degeneracy(scene), self.degeneracy)
 
     def fits_cell(self, query: str, pair: str) -> bool:
         """Whether findings of a cell may have this cause."""

@@ -199,7 +199,7 @@ FIELDS: dict[str, Callable[[Any, str], Any]] = {
     "engine": _engine,
     "name": _name,
     "cause": _text,
-    **dict.fromkeys(("query", "pair", "symptom", "regime"), _patterns),
+    **dict.fromkeys(("query", "pair", "symptom", "degeneracy", "regime"), _patterns),
     "decades": _decades,
     **dict.fromkeys(("at_most", "within", "thinner_than", "larger_than", "smaller_than", "slower_than"), _number),
     "versions": _versions,

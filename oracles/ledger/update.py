@@ -23,7 +23,7 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import AoT, Table
 
-from oracles.ledger.entry import ANY_DECADE, Entry, FirstSeen
+from oracles.ledger.entry import ANY, ANY_DECADE, Entry, FirstSeen
 from oracles.ledger.files import SHIPPED, Ledger
 from oracles.ledger.reading import FIELDS, LONGEST_TEXT, REFERENCE, LedgerError, read_table
 from oracles.ledger.witness import Witness, path_of
@@ -101,12 +101,12 @@ def changes(run: Run, ledger: Ledger, *, fill: bool = False) -> Changes:
         was = next((outdated[b.witness.scene.id] for b in group if b.witness.scene.id in outdated), None)
         entry = _entry(group, version, today, was, taken)
         taken.add(entry.name)
-        _add(entry, [_witness(bucket, version) for bucket in group[:MOST_WITNESSES]], ledger, found)
+        _add(entry, _witnesses(group, version), ledger, found)
     return found
 
 
 def _kindred(run: Run) -> list[list[Bucket]]:
-    """New buckets that differ in nothing but the size of the error: an entry for each group is enough."""
+    """New buckets of one cell and symptom: an entry for each group is enough."""
     groups: dict[tuple[str, ...], list[Bucket]] = {}
     for bucket in run.buckets:
         if bucket.state is State.NEW and not bucket.against_reference and bucket.engine != REFERENCE:
@@ -131,8 +131,7 @@ def _refresh(entry: Entry, kept: list[Witness], run: Run, ledger: Ledger, found:
     if not kept:
         version = run.engine_versions.get(entry.engine, "")
         explained = [bucket for bucket in run.buckets if (bucket.engine, bucket.entry) == entry.key]
-        by_pair = {bucket.pair: bucket for bucket in reversed(explained)}
-        kept = [_witness(bucket, version) for bucket in list(by_pair.values())[-MOST_WITNESSES:]]
+        kept = _witnesses({bucket.pair: bucket for bucket in reversed(explained)}.values(), version)
     if _writable(entry, ledger):
         path = Path(entry.file)
         found.of(path).mend[entry.key] = tuple(witness.id for witness in kept)
@@ -154,8 +153,10 @@ def _add(entry: Entry, witnesses: Iterable[Witness], ledger: Ledger, found: Chan
     found.witnesses += [(path.parent, witness) for witness in kept]
 
 
-def _witness(bucket: Bucket, version: str) -> Witness:
-    return Witness.of(bucket.witness, bucket.key, version)
+def _witnesses(buckets: Iterable[Bucket], version: str) -> list[Witness]:
+    """Record the witnesses of a few buckets; one that does not come again would be of no use."""
+    repeating = [bucket for bucket in buckets if bucket.witness.repeats]
+    return [Witness(bucket.witness, bucket.key, version) for bucket in repeating[:MOST_WITNESSES]]
 
 
 def _entry(group: list[Bucket], version: str, today: date, was: Entry | None, taken: set[str]) -> Entry:
@@ -170,6 +171,7 @@ def _entry(group: list[Bucket], version: str, today: date, was: Entry | None, ta
         query=(first.query,),
         pair=(first.pair,),
         symptom=(first.symptom,),
+        degeneracy=tuple(dict.fromkeys(b.degeneracy for b in group)) if all(b.witness.repeats for b in group) else ANY,
         decades=(min(decades), max(decades)) if decades else ANY_DECADE,
         versions=was.versions if was else f">={version}" if version else "",
         upstream=was.upstream if was else (),

@@ -1,92 +1,58 @@
-"""Witnesses: scenes on which an engine failed, kept as JSON beside the ledger.
+"""Witnesses: findings that are kept as JSON beside the ledger, to be asked again in each run.
 
-A witness ``witnesses/ENGINE/ID.json`` is one object: ``format``, ``engine``, ``version`` (the engine's), ``key`` (of
-the bucket), ``symptom``, ``amount``, ``lower``, ``upper``, ``claim``, ``answer`` (what the engine said, by name),
-``text`` (its last words, where it gave no answer), ``scene``, ``proof_scene`` (null, or the proxies that the
-certificate is about) and ``certificate``. Numbers are doubles that read back to the bit; those that are not finite
-are the strings "nan", "inf" and "-inf". The id is that of the scene, a hash of its content.
+A witness ``witnesses/ENGINE/ID.json`` is one object: ``format``, ``version`` (of the engine), ``key`` (of the bucket)
+and ``finding``, as `oracles.records` writes it, with the certificate that convicts the engine. Numbers are doubles
+that read back to the bit; those that are not finite are the strings "nan", "inf" and "-inf". The id is that of the
+scene, a hash of its content.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from oracles.ledger.reading import ENGINE, WITNESS, LedgerError, read_file
+from oracles.ledger.reading import ENGINE, LONGEST_PATTERN, WITNESS, LedgerError, read_file
 from oracles.outcome import Finding
+from oracles.records import finding_from_json, finding_to_json
 from oracles.scene import Scene
-from refimpl.proof import from_json
-from refimpl.proof.wire import certificate_to_json, impact_from_json
 
 FORMAT = "proxyproof-witness-1"
 FOLDER = "witnesses"
 LARGEST = 300_000
-LONGEST_TEXT = 1_000
 
 
 @dataclass(frozen=True)
 class Witness:
-    """One recorded failure; its certificate stays data until someone checks it."""
+    """One recorded failure, with the version of the engine that failed and the name of the bucket."""
 
-    engine: str
-    version: str
+    finding: Finding
     key: str
-    symptom: str
-    amount: float
-    lower: float
-    upper: float
-    claim: str
-    text: str
-    scene: Scene
-    proof_scene: Scene | None = None
-    answer: dict[str, Any] = field(default_factory=dict)
-    certificate: Any = None
+    version: str
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine."""
+        return self.finding.engine
+
+    @property
+    def scene(self) -> Scene:
+        """What the engine failed on."""
+        return self.finding.scene
 
     @property
     def id(self) -> str:
         """Hash of the scene's content."""
         return self.scene.id
 
-    @property
-    def proof(self) -> Any:
-        """The certificate; raises `InvalidCertificate` when it is none."""
-        return impact_from_json(self.certificate) if self.scene.motion is not None else from_json(self.certificate)
-
-    @classmethod
-    def of(cls, finding: Finding, key: str, version: str) -> Witness:
-        """Record a finding."""
-        verdict = finding.verdict
-        return cls(
-            finding.engine,
-            version,
-            key,
-            verdict.symptom,
-            verdict.amount,
-            verdict.lower,
-            verdict.upper,
-            verdict.claim[:LONGEST_TEXT],
-            finding.text[:LONGEST_TEXT],
-            finding.scene,
-            verdict.proof_scene,
-            finding.answer,
-            None if verdict.certificate is None else certificate_to_json(verdict.certificate),
-        )
-
     def to_text(self) -> str:
-        """Return the file's text."""
-        data = {
-            "format": FORMAT,
-            **{name: getattr(self, name) for name in ("engine", "version", "key", "symptom")},
-            **{name: getattr(self, name) for name in ("amount", "lower", "upper", "claim", "answer", "text")},
-            "scene": self.scene.to_json(),
-            "proof_scene": None if self.proof_scene is None else self.proof_scene.to_json(),
-            "certificate": self.certificate,
-        }
-        lines = [f"{json.dumps(name)}: {_dump(value)}" for name, value in data.items()]
-        return "{\n" + ",\n".join(lines) + "\n}\n"
+        """Return the file's text: a line for each part of the finding."""
+        finding = ",\n".join(f" {_dump(name)}: {_dump(value)}" for name, value in finding_to_json(self.finding).items())
+        head = {"format": FORMAT, "version": self.version, "key": self.key}
+        lines = [f"{_dump(name)}: {_dump(value)}" for name, value in head.items()]
+        return "{\n" + ",\n".join([*lines, '"finding": {\n' + finding + "\n}"]) + "\n}\n"
 
 
 def path_of(folder: Path, engine: str, name: str) -> Path:
@@ -97,14 +63,20 @@ def path_of(folder: Path, engine: str, name: str) -> Path:
 
 
 def load_witness(folder: Path, engine: str, name: str) -> Witness:
-    """Read one witness of a ledger in `folder`; raises `LedgerError` when it is none, or that of another scene."""
+    """Read one witness of a ledger in `folder`, and check its certificate.
+
+    Raises
+    ------
+    LedgerError
+        When it is none, that of another scene, or its certificate does not prove what it says.
+    """
     path = path_of(folder, engine, name)
     data = read_file(path, LARGEST)
     try:
         found = _parsed(json.loads(data))
     except RecursionError:
         raise LedgerError(f"{path} is nested too deeply") from None
-    except (ValueError, TypeError, LookupError, OverflowError) as error:
+    except (ValueError, TypeError, LookupError, OverflowError, AttributeError) as error:
         raise LedgerError(f"{path} is no witness: {type(error).__name__}: {str(error)[:300]}") from None
     if found.id != name or found.engine != engine:
         raise LedgerError(f"{path} is the witness {found.id} of {found.engine[:80]!r}")
@@ -114,29 +86,10 @@ def load_witness(folder: Path, engine: str, name: str) -> Witness:
 def _parsed(data: Any) -> Witness:
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise ValueError(f"its format is not {FORMAT}")
-    found: dict[str, Any] = {
-        name: _text(data[name], name) for name in ("engine", "version", "key", "symptom", "claim", "text")
-    }
-    found |= {name: _number(data[name], name) for name in ("amount", "lower", "upper")}
-    if not isinstance(data["answer"], dict):
-        raise TypeError("answer must be an object")
-    found["scene"] = Scene.from_json(data["scene"])
-    found["proof_scene"] = None if data["proof_scene"] is None else Scene.from_json(data["proof_scene"])
-    return Witness(**found, answer=data["answer"], certificate=data["certificate"])
-
-
-def _text(value: Any, name: str) -> str:
-    if not isinstance(value, str) or len(value) > 2 * LONGEST_TEXT:
-        raise ValueError(f"{name} must be a text of at most {2 * LONGEST_TEXT} characters")
-    return value
-
-
-def _number(value: Any, name: str) -> float:
-    if isinstance(value, str) and value in ("nan", "inf", "-inf"):
-        return float(value)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{name} must be a number")
-    return float(value)
+    texts = [data[name] for name in ("key", "version")]
+    if not all(isinstance(text, str) and len(text) <= LONGEST_PATTERN for text in texts):
+        raise ValueError(f"key and version must be texts of at most {LONGEST_PATTERN} characters")
+    return Witness(finding_from_json(data["finding"]), *texts)
 
 
 def _dump(value: Any) -> str:
