@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 import numpy as np
 
 from oracles.engine import COLUMNS, WIDTH, Answers, Status
 from oracles.impact_reference import reference_of
-from oracles.scene import BOOLEAN, RAYCAST, Scene
+from oracles.scene import BOOLEAN, RAYCAST, Cell, Scene
 from refimpl import Proxy, distance, raycast
 
 
@@ -50,3 +51,12 @@ def reference_answers(query: str, a: Proxy, b: Proxy) -> Answers:
     for name, values in columns.items():
         table[:, COLUMNS[name]] = np.reshape(values, (len(a), -1))
     return Answers.from_table(np.zeros(len(a), dtype=np.int8), table, {})
+
+
+def add_to_digest(digest: hashlib._Hash, engine: str, cell: Cell, answers: Answers) -> None:
+    """Feed a digest with every bit of some answers; what is no number counts as one and the same."""
+    digest.update(f"{engine} {cell.query} {cell.pair} {len(answers)}\n".encode())
+    digest.update(np.ascontiguousarray(answers.status, dtype=np.int8).tobytes())
+    for name in COLUMNS:
+        column = np.ascontiguousarray(getattr(answers, name), dtype="<f8")
+        digest.update(np.where(np.isnan(column), np.nan, column).tobytes())

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
 from oracles.draws import NumpyDraws
-from oracles.impact_regimes import IMPACT_REGIMES
+from oracles.impact_regimes import IMPACT_REGIMES, ImpactRegime
 from oracles.impact_stages import TARGETS
 from oracles.motion import Motion
-from oracles.regimes import REGIMES
+from oracles.placements import Draft
+from oracles.regimes import COMBINED, REGIMES, Regime
 from oracles.scene import IMPACT, RAYCAST, Scene, packed_rows
 from refimpl.linear import Array
 from refimpl.shapes import Composite, Polyhedron, Proxy, Ray
 
 PairKey = tuple[type[Proxy], type[Proxy]]
+
+COMBINATIONS_EACH = 4
+"""Combinations that a shard draws, of pairs of which all scenes go in one batch; of others it draws one."""
 
 
 @dataclass(frozen=True)
@@ -44,39 +50,52 @@ class Batch:
     """How the two move; of batches of impacts."""
 
     @classmethod
-    def draw(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> list[Batch]:
-        """`each` scenes of every regime: a pure function of the seed, the shard and the number."""
-        made: dict[object, list[tuple[int, Proxy, Proxy]]] = {}
+    def draw(
+        cls,
+        pair: PairKey,
+        seed: int,
+        shard: tuple[int, ...],
+        each: int,
+        regimes: Mapping[str, Regime] = REGIMES,
+    ) -> list[Batch]:
+        """`each` scenes of every regime: a pure function of the seed, the shard, the regime's name and the number.
+
+        Regimes of one form are settled at once: a call of the reference costs as much as a dozen pairs.
+        """
+        asked = list(_asked(pair, regimes))
+        made: dict[object, list[tuple[int, Draft]]] = {}
         about: dict[int, str] = {}
-        for index, make in enumerate(REGIMES.values()):
-            draws = NumpyDraws(seed, (*shard, index), each)
-            a, b = make(draws, *pair)
+        for index, (name, turn) in enumerate(asked):
+            draws = NumpyDraws(seed, (*shard, crc32(name.encode()), turn), each)
+            draft = regimes[name].draft(draws, *pair)
             about[index] = draws.about
-            made.setdefault((_form(a, index), _form(b, index)), []).append((index, a, b))
-        source, names = f"bulk {seed}/{'/'.join(map(str, shard))}", list(REGIMES)
+            made.setdefault((_form(draft.a, index), _form(draft.b, index)), []).append((index, draft))
         found = []
         for parts in made.values():
-            groups = np.repeat([index for index, _, _ in parts], each)
-            numbers = groups * each + np.tile(np.arange(each), len(parts))
-            a, b = _joined([a for _, a, _ in parts]), _joined([b for _, _, b in parts])
-            found.append(cls(a, b, [names[i] for i in groups], groups, numbers, source, about))
+            groups, numbers = _numbered([index for index, _ in parts], each)
+            a, b = _joined([draft for _, draft in parts]).settled()
+            names = [asked[i][0] for i in groups]
+            found.append(cls(a, b, names, groups, numbers, _source("bulk", seed, shard), about))
         return found
 
     @classmethod
-    def draw_impacts(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> list[Batch]:
+    def draw_impacts(
+        cls,
+        pair: PairKey,
+        seed: int,
+        shard: tuple[int, ...],
+        each: int,
+        regimes: Mapping[str, ImpactRegime] = IMPACT_REGIMES,
+    ) -> list[Batch]:
         """`each` scenes of every regime of impacts; none of a pair that is not staged."""
         if pair not in TARGETS:
             return []
-        made = [
-            make(NumpyDraws(seed, (*shard, index, 1), each), *pair)
-            for index, make in enumerate(IMPACT_REGIMES.values())
-        ]
-        names = [name for name in IMPACT_REGIMES for _ in range(each)]
-        groups = np.repeat(np.arange(len(made)), each)
-        numbers = groups * each + np.tile(np.arange(each), len(made))
-        a, b = _joined([a for a, _, _ in made]), _joined([b for _, b, _ in made])
+        made = [make(NumpyDraws(seed, (*shard, crc32(name.encode())), each), *pair) for name, make in regimes.items()]
+        names = [name for name in regimes for _ in range(each)]
+        groups, numbers = _numbered(range(len(made)), each)
+        a, b = _one_batch([a for a, _, _ in made]), _one_batch([b for _, b, _ in made])
         motion = Motion.unpack(np.concatenate([motion.pack() for _, _, motion in made]))
-        source = f"bulk of impacts {seed}/{'/'.join(map(str, shard))}"
+        source = _source("bulk of impacts", seed, shard)
         return [cls(a, b, names, groups, numbers, source, dict.fromkeys(range(len(made)), ""), motion)]
 
     def is_of(self, query: str) -> bool:
@@ -89,6 +108,12 @@ class Batch:
     def rows(self) -> tuple[Array, Array]:
         """Numbers of both sides."""
         return packed_rows(self.a, self.b, self.motion)
+
+    @property
+    def sizes(self) -> Array:
+        """Size of each scene, as `Scene.size`."""
+        largest = np.maximum(self.a.magnitude, self.b.magnitude) if self.motion is None else self.motion.speed
+        return np.asarray(np.broadcast_to(largest, len(self)))
 
     def __len__(self) -> int:
         """Return the number of scenes."""
@@ -108,8 +133,32 @@ def _form(shape: Proxy, index: int) -> tuple[object, ...]:
     return (-1, index) if isinstance(shape, Polyhedron) else shape.sizes
 
 
-def _joined(shapes: list[Proxy]) -> Proxy:
+def _asked(pair: PairKey, regimes: Mapping[str, Regime]) -> Iterator[tuple[str, int]]:
+    """Names of the regimes, each once, but that of combinations more often where this makes no batches of their own."""
+    often = COMBINATIONS_EACH if not (pair[0].header or pair[1].header) else 1
+    for name in regimes:
+        for turn in range(often if name == COMBINED else 1):
+            yield name, turn
+
+
+def _numbered(indices: Iterable[int], each: int) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Group of each scene, and its number within the shard."""
+    groups = np.repeat(list(indices), each)
+    return groups, groups * each + np.arange(len(groups)) % each
+
+
+def _source(hunter: str, seed: int, shard: tuple[int, ...]) -> str:
+    return f"{hunter} {seed}/{'/'.join(map(str, shard))}"
+
+
+def _one_batch(shapes: list[Proxy]) -> Proxy:
     """Batches of one form as one batch."""
     if len(shapes) == 1:
         return shapes[0]
     return type(shapes[0]).unpack(np.concatenate([shape.pack() for shape in shapes]))
+
+
+def _joined(drafts: list[Draft]) -> Draft:
+    """Drafts of one form as one."""
+    a, b = _one_batch([draft.a for draft in drafts]), _one_batch([draft.b for draft in drafts])
+    return Draft(a, b, np.concatenate([draft.gap for draft in drafts]), np.concatenate([d.moved for d in drafts]))

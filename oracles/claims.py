@@ -8,7 +8,7 @@ along the normal by the depth makes the two touch; that a ray is free up to its 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from oracles.answers import take
 from oracles.engine import Answers, Convention
-from oracles.reference import UNIONS, error_of, signed
+from oracles.reference import UNIONS, error_of, kept, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from refimpl import KDOP, Box, Capsule, Composite, Cylinder, HalfSpace, Point, Proxy, Ray
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
@@ -78,6 +78,10 @@ class Claim:
     rounding: Array
     by_convention: bool = False
     """Whether the engine declares that it does not make this claim: breaking it is a convention."""
+    measures: bool = False
+    """Whether its violation is the error of the value that was answered."""
+    kept: bool = False
+    """Whether others will ask about x and y too, so that what is known of them is kept."""
 
     def violations(self) -> tuple[Array, Array, Array]:
         """By how much σ lies below `low` and above `high`, by the reference in floats; and its possible error.
@@ -87,7 +91,7 @@ class Claim:
         if not self.made.any():
             nothing = np.full(len(self.made), -np.inf)
             return nothing, nothing, np.zeros(len(self.made))
-        least, most = signed(self.x, self.y, self.made)
+        least, most = (kept if self.kept else signed)(self.x, self.y, self.made)
         size = np.maximum(
             np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(most), np.abs(most), 0.0)
         )
@@ -149,6 +153,12 @@ class Questioned:
         pair = self.a[rows], self.b[rows]
         return Questioned(self.query, *pair, *margins, answers, self.answered[rows], self.waived, self.ways_out)
 
+    def only(self, rows: Any) -> Questioned:
+        """The same batch, in which only these rows count as answered."""
+        answered = np.zeros_like(self.answered)
+        answered[rows] = self.answered[rows]
+        return replace(self, answered=answered)
+
     @cached_property
     def unusable(self) -> Bools:
         """Rows in which the engine owes a number and gave none, or gave one that no scene can have."""
@@ -186,10 +196,12 @@ class Questioned:
         cap: float | Array = np.inf,
         rounding: float | Array = 0.0,
         by_convention: bool = False,
+        measures: bool = False,
+        kept: bool = False,
     ) -> Claim:
         most, slack = (np.broadcast_to(np.asarray(v, dtype=np.float64), made.shape) for v in (cap, rounding))
         made = made & self.answered & ~self.unusable
-        return Claim(x, y, *bounds, *words, kind, made, margin, most, slack, by_convention)
+        return Claim(x, y, *bounds, *words, kind, made, margin, most, slack, by_convention, measures, kept)
 
     @property
     def of_union(self) -> bool:
@@ -204,9 +216,8 @@ class Questioned:
         hit = self.answers.hit
         if self.query in (BOOLEAN, CONTACTS):
             bounds = np.where(hit == 0, 0.0, -np.inf), np.where(hit == 1, 0.0, np.inf)
-            yield self._claim(
-                self.a, self.b, bounds, (MISSED, FALSE), BOOL, ~np.isnan(hit), self.margin_a + self.margin_b
-            )
+            margin, words = self.margin_a + self.margin_b, (MISSED, FALSE)
+            yield self._claim(self.a, self.b, bounds, words, BOOL, ~np.isnan(hit), margin, kept=True)
 
     def _value_claims(self) -> Iterator[Claim]:
         answers, margin = self.answers, self.margin_a + self.margin_b
@@ -217,7 +228,9 @@ class Questioned:
         waived = self.query == CONTACTS and bool(self.waived & OTHER_DEPTHS)
         some_depth = (value == -np.inf) & (Convention.NO_DEPTH in self.waived)
         bounds, words = (value, np.where(some_depth, 0.0, value)), (LONG, SHORT)
-        yield self._claim(self.a, self.b, bounds, words, VALUE, said, margin, by_convention=waived)
+        yield self._claim(
+            self.a, self.b, bounds, words, VALUE, said, margin, by_convention=waived, measures=True, kept=True
+        )
         finite = said & np.isfinite(value)
         directed = finite & np.isfinite(answers.normal).all(axis=-1)
         yield from self._normal_claim(directed, margin)
@@ -231,7 +244,8 @@ class Questioned:
 
         Where unions overlap, the answer may be that of one pair of pieces, and others may overlap still.
         """
-        move = np.where(made[:, None], -scale(np.where(made, self.answers.distance, 0.0), self.answers.normal), 0.0)
+        normal = np.where(made[:, None], self.answers.normal, 0.0)
+        move = -scale(np.where(made, self.answers.distance, 0.0), normal)
         made = made & (np.abs(move).max(axis=-1) < 1e150)
         zero, move = self._nothing, np.where(made[:, None], move, 0.0)
         low = np.where(self._of_a_piece(made, margin), -np.inf, zero)
@@ -254,7 +268,7 @@ class Questioned:
             return np.zeros(len(made), dtype=bool)
         if self.query == CONTACTS and self.waived & OTHER_DEPTHS:
             return overlapping
-        _, most = signed(self.a, self.b, overlapping)
+        _, most = kept(self.a, self.b, overlapping)
         deepest = margin - np.minimum(most, 0.0)
         return np.asarray(overlapping & (-self.answers.distance <= PIECE * deepest))
 
@@ -316,9 +330,11 @@ class Questioned:
         rounding = _rounding(ray.origin, point)
         until = Capsule(ray.origin, point, zero)
         way = norm(point - ray.origin)
-        yield self._claim(until, self.b, (zero, -free), (RAY_LATE, ""), VALUE, hit & (way > 0), margin, way, rounding)
-        off = "", RAY_OFF
-        yield self._claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding)
+        late, off = (RAY_LATE, ""), ("", RAY_OFF)
+        yield self._claim(
+            until, self.b, (zero, -free), late, VALUE, hit & (way > 0), margin, way, rounding, measures=True
+        )
+        yield self._claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding, measures=True)
         placed = hit & np.isfinite(answers.point).all(axis=-1)
         named_point = Point(np.where((placed & usable)[:, None], answers.point, point))
         ball = Capsule(point, point, zero)

@@ -15,6 +15,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
+from functools import cache
 from types import MappingProxyType
 from typing import ClassVar, Self
 
@@ -246,7 +247,6 @@ class Convention(Enum):
     OF_ONE_TRIANGLE = "a contact's depth and normal are those of one triangle, not of the solid"
 
 
-@dataclass(frozen=True)
 class Effective:
     """The shapes an engine effectively uses for one side of n scenes: those of `rows`, grown by `margin`.
 
@@ -257,16 +257,31 @@ class Effective:
     rows : (n, width)
     margin : (n,)
         At least 0. Signed distances of grown shapes are σ(A ⊕ r, B ⊕ s) = σ(A, B) − r − s.
+    made
+        The shapes themselves, where the adapter has made them, and rows are only their numbers.
     """
 
-    kind: Kind
-    rows: Array
-    margin: Array
+    def __init__(self, kind: Kind, rows: Array | None, margin: Array, made: Proxy | None = None) -> None:
+        self.kind, self.margin, self.made = kind, margin, made
+        self._rows = rows
 
     @classmethod
     def exactly(cls, kind: Kind, rows: Array) -> Self:
         """Use the shapes as they were given."""
         return cls(kind, rows, np.zeros(len(rows)))
+
+    @classmethod
+    def of(cls, shapes: Proxy, margin: Array) -> Self:
+        """Use shapes that were made already; adapters that keep them save what is derived of them."""
+        return cls(type(shapes), None, margin, shapes)
+
+    @property
+    def rows(self) -> Array:
+        """Numbers of the shapes."""
+        if self._rows is None:
+            assert self.made is not None
+            self._rows = self.made.pack()
+        return self._rows
 
 
 class Engine(ABC):
@@ -279,6 +294,11 @@ class Engine(ABC):
     name: ClassVar[str]
     velocity_limit: ClassVar[float] = float("inf")
     """Largest coordinate of a velocity, where the convention CLAMPED says that there is one."""
+    thresholds: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """Lengths at which the engine takes another way, each with what it is: a margin, a tolerance of its solver. Scenes
+    are made with gaps, overlaps and sizes about them."""
+    speed_thresholds: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """Speeds at which it does so in impacts: from which on bodies bounce, for instance."""
 
     @abstractmethod
     def versions(self) -> dict[str, str]:
@@ -363,6 +383,10 @@ class Engine(ABC):
 
 def faults(query: str, says: frozenset[str], table: Array) -> dict[int, str]:
     """Answer rows that are no answers: a promised column is NaN, or a hit is neither 1 nor 0."""
+    hit = table[:, 0]
+    whole = not len(table) or not any(np.isnan(table[:, run].min()) for run in _runs(says))
+    if whole and ("hit" not in says or ((hit == 0) | (hit == 1)).all()):
+        return {}
     found: dict[int, str] = {}
     described = np.full(len(table), True) if query == DISTANCE else table[:, 0] != 0
     for name in [n for n in COLUMNS if n in says]:
@@ -380,3 +404,14 @@ def faults(query: str, says: frozenset[str], table: Array) -> dict[int, str]:
             value = columns[i].tolist()
             found.setdefault(int(i), f"answered {name} = {value[0] if len(value) == 1 else value}")
     return found
+
+
+@cache
+def _runs(says: frozenset[str]) -> list[slice]:
+    """Columns as runs of neighbours."""
+    runs: list[slice] = []
+    for name in COLUMNS:
+        if name in says:
+            begin = runs.pop().start if runs and runs[-1].stop == COLUMNS[name].start else COLUMNS[name].start
+            runs.append(slice(begin, COLUMNS[name].stop))
+    return runs

@@ -2,138 +2,122 @@
 
 from __future__ import annotations
 
-import tempfile
-import time
-from collections import Counter
+import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import hypothesis
-from hypothesis import HealthCheck, Phase, given, settings, target
-from hypothesis.configuration import set_hypothesis_home_dir
-
-from oracles.buckets import clumsiness_of_scene
+from oracles.answers import add_to_digest
+from oracles.bench import Bench
+from oracles.clock import timed
+from oracles.clumsiness import clumsiness
+from oracles.constants import constants_of
+from oracles.degeneracy import degeneracy
 from oracles.engine import Answers
-from oracles.judges import Judges
-from oracles.outcome import FINDINGS, CountKey, Kind, Verdict
+from oracles.judges import finding_of
+from oracles.outcome import FINDINGS, SUSPECT, Finding, Kind, Outcome
 from oracles.scene import Cell, Scene
+from oracles.screening import KINDS, Screening
+from oracles.search import Enough, Search
+from oracles.sheets import Row, Sheet
+from oracles.steering import steer
 from oracles.strategies import scenes
 from oracles.words import decade_of
-from oracles.worker import EngineWorker
 
 MANY_EXAMPLES = 150
+MANY_SCENES, MANY_PROOFS = 500, 60
+"""Scenes and proofs of a hunt, the steps of shrinking included: numbers and no deadline, so that the same seed brings
+the same on any machine."""
 STOP_AFTER_LOSSES = 2
-
-
-class Caught(AssertionError):
-    """A proven wrong answer; each bucket has a subclass of its own, or Hypothesis would merge them."""
-
-
-class TimeUp(BaseException):
-    """The hunt's time is over; no `Exception`, because Hypothesis would take that for a finding."""
-
-
-@dataclass(frozen=True)
-class Catch:
-    """One proven finding of the hunt."""
-
-    scene: Scene
-    answers: Answers
-    verdict: Verdict
-
-
-@dataclass
-class Hunt:
-    """What a hunt brought home: the simplest finding of each kind, and how many scenes it compared."""
-
-    findings: list[Catch] = field(default_factory=list)
-    counts: Counter[CountKey] = field(default_factory=Counter)
-    scenes: int = 0
-    """How many scenes were tried, the steps of shrinking included."""
 
 
 @dataclass
 class _Attack:
-    judge: Judges
-    worker: EngineWorker
+    bench: Bench
     cell: Cell
-    deadline: float
-    counts: Counter[CountKey] = field(default_factory=Counter)
-    best: dict[tuple[str, int | None], Catch] = field(default_factory=dict)
-    types: dict[tuple[str, int | None], type[Caught]] = field(default_factory=dict)
+    outcome: Outcome = field(default_factory=Outcome)
+    digest: hashlib._Hash = field(default_factory=hashlib.sha256)
+    proven: dict[str, Finding] = field(default_factory=dict)
+    simplest: dict[str, tuple[Scene, Answers]] = field(default_factory=dict)
+    symptoms: set[str] = field(default_factory=set)
+    rows: list[Row] = field(default_factory=list)
     losses: int = 0
-    scenes: int = 0
+    proofs: int = 0
 
-    def __call__(self, scene: Scene) -> None:
-        """Put one scene before the engine; raise when its answer is proven wrong."""
-        if time.monotonic() > self.deadline or self.losses >= STOP_AFTER_LOSSES:
-            raise TimeUp
-        self.scenes += 1
+    def __call__(self, scene: Scene) -> str | None:
+        """Put one scene before the engine; answers the kind of what is wrong, if anything is."""
+        tried = self.outcome.hunters["hypothesis"]
+        if tried >= MANY_SCENES or self.proofs >= MANY_PROOFS or self.losses >= STOP_AFTER_LOSSES:
+            raise Enough
+        self.outcome.hunters["hypothesis"] += 1
         cell, motion = self.cell, None if scene.motion is None else scene.motion[None]
-        rows = (row[None] for row in scene.rows)
-        answers = self.worker.answer(cell.query, cell.type_a, cell.type_b, *rows)
-        screening = self.judge.screen(cell, scene.a[None], scene.b[None], motion, answers)
-        kind = screening.kind[0]
-        target(float(min(screening.pressure[0], 1e300)), label="error by tolerance")
-        if kind in (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT):
-            verdict = self.judge.convict(scene, answers)
-            kind = verdict.kind
-            self._remember(scene, answers, verdict)
-        if kind not in FINDINGS:
-            self.counts[self.judge.engine.name, cell.query, cell.pair, scene.regime, kind] += 1
-        if kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
-            raise self._type_for(verdict.symptom, decade_of(verdict.amount, scene.size))
+        answers = self.bench.ask(scene)
+        add_to_digest(self.digest, self.bench.name, cell, answers)
+        with timed("judge"):
+            steer(self.bench.engine, scene, answers, self.symptoms)
+            screening = self.bench.judges.screen(cell, scene.a[None], scene.b[None], motion, answers)
+        kind, found = screening.kind[0], None
+        if kind in SUSPECT:
+            kind, found = self._weigh(scene, answers, screening)
+        proven = kind in FINDINGS
+        said = screening.symptom[0], float(screening.amount[0]), float(screening.pressure[0])
+        self.rows.append(Row(scene.regime, tried, int(answers.status[0]), KINDS.index(kind), *said, scene.size, proven))
+        if not proven:
+            self.outcome.counts[self.bench.name, cell.query, cell.pair, scene.regime, kind] += 1
+        return found
 
-    def _remember(self, scene: Scene, answers: Answers, verdict: Verdict) -> None:
-        if verdict.kind in (Kind.CRASHED, Kind.TIMED_OUT):
-            self.losses += 1
-        elif verdict.kind not in (Kind.WRONG, Kind.REFERENCE_WRONG):
-            return
-        key = verdict.symptom, decade_of(verdict.amount, scene.size)
-        if key not in self.best or clumsiness_of_scene(scene) < clumsiness_of_scene(self.best[key].scene):
-            self.best[key] = Catch(scene, answers, verdict)
+    def _weigh(self, scene: Scene, answers: Answers, screening: Screening) -> tuple[Kind, str | None]:
+        """Kind of the verdict on a suspect answer, and name of the kind of failure.
 
-    def _type_for(self, symptom: str, decade: int | None) -> type[Caught]:
-        key = symptom, decade
-        if key not in self.types:
-            self.types[key] = type(f"Caught {symptom} {decade}", (Caught,), {})
-        return self.types[key]
+        Each kind is proven once when it is met and once when it has become simple; between, floats that are certain do.
+        """
+        decade = decade_of(float(screening.amount[0]), scene.size)
+        name = f"{screening.symptom[0]} · {degeneracy(scene)} · {decade}"
+        if screening.kind[0] is Kind.WRONG and name in self.proven and screening.certain[0]:
+            simplest = self.simplest.get(name, (self.proven[name].scene, answers))[0]
+            if clumsiness(scene) < clumsiness(simplest):
+                self.simplest[name] = scene, answers
+            return Kind.WRONG, name
+        kind = self._prove(name, scene, answers)
+        return kind, name if kind in (Kind.WRONG, Kind.REFERENCE_WRONG) else None
 
+    def _prove(self, name: str, scene: Scene, answers: Answers) -> Kind:
+        self.proofs += 1
+        with timed("proofs"):
+            verdict = self.bench.judges.convict(scene, answers)
+        self.losses += verdict.kind in (Kind.CRASHED, Kind.TIMED_OUT)
+        if verdict.kind in FINDINGS:
+            known = self.proven.get(name)
+            if known is None or clumsiness(scene) < clumsiness(known.scene):
+                self.proven[name] = finding_of(self.bench.name, scene, answers, verdict)
+            self.symptoms.add(verdict.symptom)
+        return verdict.kind
 
-def hunt(judge: Judges, worker: EngineWorker, cell: Cell, *, seed: int, deadline: float) -> Hunt:
-    """Search one cell until the deadline (of `time.monotonic`) or for a few hundred scenes."""
-    attack = _Attack(judge, worker, cell, deadline)
-    set_hypothesis_home_dir(Path(tempfile.gettempdir()) / "proxyproof-hypothesis")  # not in the caller's folder
-
-    @hypothesis.seed(seed)
-    @settings(
-        max_examples=MANY_EXAMPLES,
-        database=None,
-        deadline=None,
-        phases=(Phase.generate, Phase.target, Phase.shrink),
-        suppress_health_check=list(HealthCheck),
-        report_multiple_bugs=True,
-        print_blob=False,
-    )
-    @given(scene=scenes(cell))
-    def search(scene: Scene) -> None:
-        attack(scene)
-
-    try:
-        search()
-    except (Caught, BaseExceptionGroup) as raised:
-        _only_caught(raised)
-    except (TimeUp, hypothesis.errors.Flaky):
-        pass  # flaky is an answer that depends on earlier calls: what was proven is remembered
-    found = list(attack.best.values())
-    for catch in found:  # one count for each finding that is filed, none for the steps of its shrinking
-        attack.counts[judge.engine.name, cell.query, cell.pair, catch.scene.regime, catch.verdict.kind] += 1
-    return Hunt(found, attack.counts, attack.scenes)
+    def findings(self) -> list[Finding]:
+        """One for each kind: the simplest that can be proven."""
+        for name, (scene, answers) in self.simplest.items():
+            self._prove(name, scene, answers)
+        return list(self.proven.values())
 
 
-def _only_caught(found: BaseException) -> None:
-    """Raise again whatever in a group is not ours."""
-    if isinstance(found, BaseExceptionGroup):
-        _, rest = found.split((Caught, TimeUp, hypothesis.errors.Flaky))
-        if rest is not None:
-            raise rest
+def hunting(
+    bench: Bench, cell: Cell, *, seed: int, examples: int = MANY_EXAMPLES, database: Path | None = None
+) -> Outcome:
+    """Search one cell for a few hundred scenes; the same seed brings the same.
+
+    Parameters
+    ----------
+    examples
+        How many scenes are generated; those of shrinking are not counted.
+    database
+        Folder of failures of this cell alone, which are tried first, and kept; by default none.
+    """
+    attack = _Attack(bench, cell)
+    with timed("hunt"), constants_of(bench.engine):
+        Search(attack, seed, examples, database=database).run(scenes(cell, engines=(bench.engine,)))
+    outcome = attack.outcome
+    outcome.findings = attack.findings()
+    for finding in outcome.findings:  # one count for each finding that is filed, none for the steps of its shrinking
+        outcome.counts[finding.engine, cell.query, cell.pair, finding.scene.regime, finding.verdict.kind] += 1
+    outcome.digest = attack.digest.hexdigest()
+    outcome.sheets.append(Sheet.of_rows(bench.name, cell, attack.rows))
+    return outcome

@@ -22,10 +22,10 @@ from oracles.claims import LARGEST, NOT_A_NUMBER
 from oracles.engine import COLUMNS, VELOCITIES, WIDTH, Answers, Convention, Engine, Status
 from oracles.impact_laws import After, Law, laws
 from oracles.impact_reference import REFERENCE_ERROR, reference_of
-from oracles.judge import TINY, Screening, fate_of
 from oracles.motion import BODY, CONTACT, Motion, exact
 from oracles.outcome import Kind, Severity, Verdict
 from oracles.scene import Cell, Scene
+from oracles.screening import TINY, Screening, fate_of
 from oracles.words import severity_of
 from refimpl import Proxy
 from refimpl.linear import Array, Bools
@@ -61,14 +61,11 @@ class ImpactJudge:
 
     def screen(self, cell: Cell, a: Proxy, b: Proxy, motion: Motion, answers: Answers) -> Screening:
         """Give every row of a batch its verdict by floats."""
-        n = len(motion)
-        fates = [fate_of(answers, i) for i in range(n)]
-        found = Screening(
-            [k for k, _ in fates], [s for _, s in fates], np.zeros(n), np.ones(n, dtype=bool), np.zeros(n)
-        )
-        for i in np.flatnonzero(_unusable(answers)):
-            found.set(int(i), Kind.WRONG, NOT_A_NUMBER, math.inf, certain=True)
-        rows = np.flatnonzero((answers.status == Status.ANSWERED) & ~_unusable(answers))
+        found = Screening.of_fates(answers)
+        unusable = _unusable(answers)
+        if unusable.any():
+            found.set(unusable, Kind.WRONG, NOT_A_NUMBER, math.inf, certain=True)
+        rows = np.flatnonzero((answers.status == Status.ANSWERED) & ~unusable)
         if rows.size:
             part = _Part(cell, a[rows], b[rows], motion[rows], take(answers, rows))
             self._screen(part, rows, found)
@@ -82,6 +79,7 @@ class ImpactJudge:
         broken, worst = _first_broken(ours, allowed - error)
         found.pressure[rows] = worst / np.maximum(allowed, error + TINY)
         _, other = _first_broken(theirs, allowed - error)
+        found.error[rows] = np.minimum(worst, other)
         for k in np.flatnonzero(broken >= 0):
             i, law = int(rows[k]), ours[broken[k]]
             if excused[k] or other[k] <= allowed[k] - error[k]:

@@ -5,25 +5,28 @@ Each works for every pair that is staged; its docstring says why it exists.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from oracles.bodies import random_body, round_body
+from oracles.builds import FACTORS
 from oracles.draws import Draws, log_uniform
+from oracles.engine import Engine
 from oracles.impact_stages import CORNER, EDGE, FACE, Staged, stage
 from oracles.motion import Motion, Moving
-from oracles.regimes import REGIMES
+from oracles.regimes import regimes_for
 from oracles.scene import IMPACT
 from refimpl import HalfSpace, Proxy, Sphere
-from refimpl.linear import Array, dot, scale
+from refimpl.linear import Array, dot, norm, scale
 from refimpl.mass import mass_properties
 
 Scenes = tuple[Proxy, Proxy, Motion]
 ImpactRegime = Callable[[Draws, type[Proxy], type[Proxy]], Scenes]
 IMPACT_REGIMES: dict[str, ImpactRegime] = {}
 
+SPEEDS_OF = "speeds_of_"
 ROUND_SPEEDS = (1.0, 0.0, -1.0, 2.0, -2.0, 0.5, -0.5)
 ROUND_SHARES = (1.0, 0.0, 0.5, 0.25, 0.75)
 
@@ -34,14 +37,25 @@ def regime(function: ImpactRegime) -> ImpactRegime:
     return function
 
 
-def impact_reasons() -> dict[str, str]:
+def impact_reasons(regimes: Mapping[str, ImpactRegime] = IMPACT_REGIMES) -> dict[str, str]:
     """Why each regime exists: the first line of its docstring."""
-    return {name: (function.__doc__ or "").strip().splitlines()[0] for name, function in IMPACT_REGIMES.items()}
+    return {name: (function.__doc__ or "").strip().splitlines()[0] for name, function in regimes.items()}
 
 
-def regimes_of(query: str) -> list[str]:
-    """Names of the regimes that have scenes for a query."""
-    return list(IMPACT_REGIMES if query == IMPACT else REGIMES)
+def impact_regimes_for(engines: Iterable[Engine]) -> dict[str, ImpactRegime]:
+    """The regimes that every pass asks, and one more for each engine that declares thresholds of speed."""
+    own = {f"{SPEEDS_OF}{engine.name}": speeds_of(engine) for engine in engines if engine.speed_thresholds}
+    return IMPACT_REGIMES | own
+
+
+def is_of_impacts(name: str) -> bool:
+    """Whether a regime of this name has impacts, or scenes at rest."""
+    return name in IMPACT_REGIMES or name.startswith(SPEEDS_OF)
+
+
+def regimes_of(query: str, engines: Iterable[Engine] = ()) -> list[str]:
+    """Names of the regimes that have scenes for a query; with those of the engines' own thresholds."""
+    return list(impact_regimes_for(engines) if query == IMPACT else regimes_for(engines))
 
 
 @dataclass(frozen=True)
@@ -103,10 +117,10 @@ def _stopped(body: Moving, which: Array) -> Moving:
     return replace(body, **still, inverse_mass=np.where(which, 0.0, body.inverse_mass))
 
 
-def _times(body: Moving, sign: Array) -> Moving:
-    """Bodies moving the other way where `sign` is −1."""
+def _times(body: Moving, factor: Array) -> Moving:
+    """Bodies moving so many times as fast; the other way, where it is negative."""
     return replace(
-        body, velocity=scale(sign, body.velocity) + 0.0, angular_velocity=scale(sign, body.angular_velocity) + 0.0
+        body, velocity=scale(factor, body.velocity) + 0.0, angular_velocity=scale(factor, body.angular_velocity) + 0.0
     )
 
 
@@ -204,7 +218,31 @@ def fast(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Scenes:
 
 
 @regime
+def any_normal(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Scenes:
+    """With normals of length 1e-3 to 1e3: only their direction counts."""
+    a, b, motion = _random(draws, (kind_a, kind_b), Recipe((FACE, EDGE, CORNER), spins=1.0))
+    return a, b, replace(motion, normal=scale(log_uniform(draws, -3.0, 3.0), motion.normal))
+
+
+@regime
 def parting(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Scenes:
     """Touching, but moving apart: nothing may change."""
     staged, motion = _scene(draws, (kind_a, kind_b), Recipe(spins=1.0))
     return staged.a, staged.b, _meeting(motion, part=True)
+
+
+def speeds_of(engine: Engine) -> ImpactRegime:
+    """Approaches about the speeds at which an engine, as it declares, takes another way."""
+    speeds = engine.speed_thresholds
+
+    def make(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Scenes:
+        staged, motion = _scene(draws, (kind_a, kind_b), Recipe((FACE, EDGE, CORNER)))
+        wanted = draws.choice(tuple(speeds.values())) * draws.choice(FACTORS)
+        closing = np.abs(motion.closing) / norm(motion.normal)
+        pace = np.where(closing > 0, wanted / np.where(closing > 0, closing, 1.0), 1.0)
+        a, b = (_times(body, pace) for body in (motion.a, motion.b))
+        return staged.a, staged.b, _meeting(replace(motion, a=a, b=b))
+
+    named = ", ".join(f"{what} {speed:g}" for what, speed in speeds.items())
+    make.__doc__ = f"Approaches about the thresholds of {engine.name}: {named}."
+    return make

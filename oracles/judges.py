@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from oracles.answers import reference_for, said
 from oracles.audit import audit
 from oracles.engine import Answers, Engine
 from oracles.impact_judge import ImpactJudge, audit_impact
-from oracles.judge import Judge, Screening
+from oracles.judge import Judge
 from oracles.motion import Motion
-from oracles.outcome import Verdict
+from oracles.outcome import Finding, Kind, Verdict
 from oracles.scene import Cell, Scene
+from oracles.screening import Screening
 from refimpl import Proxy
 
 
@@ -44,3 +46,10 @@ class Judges:
 def audit_of(scene: Scene) -> Verdict:
     """Try the reference itself on one scene."""
     return audit(scene.a, scene.b) if scene.motion is None else audit_impact(scene)
+
+
+def finding_of(engine: str, scene: Scene, answers: Answers, verdict: Verdict) -> Finding:
+    """Record a proven finding with both answers; what speaks against the reference is its own."""
+    engine = "refimpl" if verdict.kind is Kind.REFERENCE_WRONG else engine
+    reference = said(reference_for(scene), 0)
+    return Finding(engine, scene, said(answers, 0), reference, verdict, answers.errors.get(0, ""))

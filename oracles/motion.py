@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from fractions import Fraction
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -66,7 +67,7 @@ class Motion:
         parts = [(getattr(body, name), shape) for body in (self.a, self.b) for name, shape in BODY.items()]
         parts += [(getattr(self, name), shape) for name, shape in CONTACT.items()]
         lead = np.shape(self.restitution)
-        return np.concatenate([np.reshape(value, (*lead, int(np.prod(shape)))) for value, shape in parts], axis=-1)
+        return np.concatenate([np.reshape(value, (*lead, prod(shape))) for value, shape in parts], axis=-1)
 
     @classmethod
     def unpack(cls, numbers: Array) -> Motion:
@@ -75,7 +76,7 @@ class Motion:
 
         def read(shape: tuple[int, ...]) -> Array:
             nonlocal at
-            start, at = at, at + int(np.prod(shape))
+            start, at = at, at + prod(shape)
             return numbers[..., start:at].reshape((*numbers.shape[:-1], *shape))
 
         a, b = (Moving(**{name: read(shape) for name, shape in BODY.items()}) for _ in range(2))
@@ -145,7 +146,7 @@ class Motion:
         return cls(a, b, **contact)
 
 
-WIDTH = 2 * sum(int(np.prod(shape)) for shape in BODY.values()) + sum(int(np.prod(shape)) for shape in CONTACT.values())
+WIDTH = 2 * sum(prod(shape) for shape in BODY.values()) + sum(prod(shape) for shape in CONTACT.values())
 assert [field.name for field in fields(Moving)] == list(BODY)
 
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from oracles.scene import Scene
 from refimpl.proof import Certificate
 from refimpl.proof.impacts import ImpactCertificate
+
+if TYPE_CHECKING:
+    from oracles.sheets import Sheet
 
 
 class Kind(StrEnum):
@@ -18,6 +22,8 @@ class Kind(StrEnum):
     CONVENTION = "convention"
     """Right on the shape that the engine effectively uses, or by a documented convention."""
     WRONG = "wrong"
+    INCONSISTENT = "inconsistent"
+    """Two answers of the engine contradict each other; the second is to a scene made from the first."""
     CRASHED = "crashed"
     """The engine's process ended, or the engine raised an error."""
     TIMED_OUT = "timed out"
@@ -31,16 +37,33 @@ class Kind(StrEnum):
 
 
 ANSWERED = (Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.UNDECIDED)
-FINDINGS = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
+FINDINGS = (Kind.WRONG, Kind.INCONSISTENT, Kind.CRASHED, Kind.TIMED_OUT, Kind.REFERENCE_WRONG)
+SUSPECT = (Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT)
+"""What a screening may say of an answer that is then weighed alone."""
 COMPARED = (
     Kind.AGREES,
     Kind.CONVENTION,
     Kind.WRONG,
+    Kind.INCONSISTENT,
     Kind.UNDECIDED,
     Kind.CRASHED,
     Kind.TIMED_OUT,
     Kind.REFERENCE_WRONG,
 )
+
+
+class State(StrEnum):
+    """What the ledger says of a bucket, and a run of an entry; first those that ask for something to be done."""
+
+    NEW = "NEW"
+    """A bucket that no entry explains."""
+    CHANGED = "CHANGED"
+    """A witness still fails, but beyond what its entry says."""
+    STALE = "STALE"
+    """An entry whose witnesses all pass now."""
+    EXPECTED = "expected"
+    UNMATCHED = "UNMATCHED"
+    """An entry of which this run saw nothing."""
 
 
 class Severity(StrEnum):
@@ -86,6 +109,21 @@ class Verdict:
 
 
 @dataclass(frozen=True)
+class Related:
+    """The other scene of a relation that an engine broke, with its answer.
+
+    Attributes
+    ----------
+    relation
+        Name, as in `oracles.relations`.
+    """
+
+    relation: str
+    scene: Scene
+    answer: dict[str, object]
+
+
+@dataclass(frozen=True)
 class Finding:
     """A scene on which an engine failed, with its answer and the verdict.
 
@@ -95,6 +133,8 @@ class Finding:
         What the engine said: field name to numbers, only what it said.
     reference
         What `refimpl` says, in the same form.
+    related
+        What contradicts the answer, where that is the finding.
     """
 
     engine: str
@@ -104,6 +144,9 @@ class Finding:
     verdict: Verdict
     text: str = ""
     """The engine's error text or exit signal, where there is one."""
+    repeats: bool = True
+    """Whether the engine fails again when asked again; found out when the finding is shrunk."""
+    related: Related | None = None
 
 
 @dataclass
@@ -114,6 +157,8 @@ class Bucket:
     query: str
     pair: str
     symptom: str
+    degeneracy: str
+    """What is special about the geometry of the witness: see `oracles.degeneracy`."""
     decade: int | None
     """Decade of the error relative to the scene's size; None for answers that are wrong without an amount."""
     witness: Finding
@@ -122,22 +167,97 @@ class Bucket:
     """How many of the `count` findings have been proven one by one with a certificate."""
     worst: float = 0.0
     regimes: Counter[str] = field(default_factory=Counter)
-    known: str | None = None
-    """Why this is expected, from the list of known faults; None when it is new."""
+    entry: str | None = None
+    """Name of the entry of the ledger that explains it; None when it is new."""
+    state: State = State.NEW
+    cause: str = ""
+    """What the entry says."""
     repro: str = ""
     """A stand-alone script of the engine alone that shows the wrong answer."""
 
     @property
     def key(self) -> str:
-        """Readable, stable name: engine, query, pair, symptom, decade."""
-        parts = [self.engine, self.query, self.pair, self.symptom]
+        """Readable, stable name: engine, query, pair, symptom, degeneracy, decade."""
+        parts = [self.engine, self.query, self.pair, self.symptom, self.degeneracy]
         if self.decade is not None:
             parts.append(f"1e{self.decade:+d}")
         return " · ".join(parts)
 
+    @property
+    def against_reference(self) -> bool:
+        """Whether it speaks against `refimpl` itself."""
+        return self.witness.verdict.kind is Kind.REFERENCE_WRONG
+
+
+@dataclass(frozen=True)
+class EntryNote:
+    """What a run makes of one entry of the ledger."""
+
+    engine: str
+    name: str
+    cause: str
+    state: State
+    why: str
+    """Why it has this state, where that needs words."""
+    seen: int
+    """How many findings of this run it explains."""
+    witnesses: int
+    holding: tuple[str, ...]
+    """Those of its witnesses that still fail as it says."""
+    upstream: tuple[str, ...] = ()
+    file: str = ""
+
+
+BucketKey = tuple[str, str, str, str, str, int | None]
+"""engine, query, pair, symptom, degeneracy, decade"""
 
 CountKey = tuple[str, str, str, str, Kind]
 """engine, query, pair, regime, verdict"""
+
+RelationKey = tuple[str, str, str, Kind]
+"""engine, relation, query, verdict on the two answers"""
+
+
+CountedKey = tuple[str, str, str, str, int | None, str]
+"""engine, query, pair, symptom, decade, regime"""
+
+
+@dataclass
+class Outcome:
+    """What a task brings home.
+
+    Attributes
+    ----------
+    findings
+        Proven one by one.
+    counted
+        Findings of the float screening, beyond doubt but not proven one by one: how many, and the worst amount.
+        They belong to the bucket of the proven ones that they are most like.
+    incidents
+        What happened to the engines' processes though nothing was lost, in sentences, and how often.
+    lacking
+        Forms that the library of models does not have.
+    digest
+        Of every answer, to the bit.
+    """
+
+    counts: Counter[CountKey] = field(default_factory=Counter)
+    findings: list[Finding] = field(default_factory=list)
+    counted: dict[CountedKey, tuple[int, float]] = field(default_factory=dict)
+    relations: Counter[RelationKey] = field(default_factory=Counter)
+    hunters: Counter[str] = field(default_factory=Counter)
+    timing: dict[str, float] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    incidents: Counter[str] = field(default_factory=Counter)
+    lacking: set[str] = field(default_factory=set)
+    digest: str = ""
+    sheets: list[Sheet] = field(default_factory=list)
+    """Each answer, for the record; not there in an outcome that was recalled."""
+
+    def count(self, key: CountedKey, amount: float) -> None:
+        """Add one finding that is not proven."""
+        number, worst = self.counted.get(key, (0, 0.0))
+        self.counted[key] = number + 1, max(worst, amount)
 
 
 @dataclass(frozen=True)
@@ -158,6 +278,8 @@ class Run:
     """UTC, ISO 8601."""
     seconds: float = 0.0
     versions: dict[str, str] = field(default_factory=dict)
+    engine_versions: dict[str, str] = field(default_factory=dict)
+    """Of each engine, the version that the ledger goes by: the first that its adapter names."""
     engines: list[str] = field(default_factory=list)
     regimes: dict[str, str] = field(default_factory=dict)
     """Name of each regime, and why it exists."""
@@ -166,15 +288,25 @@ class Run:
     """(engine, query, pair) to note, for every cell."""
     buckets: list[Bucket] = field(default_factory=list)
     """Worst severity first."""
+    relations: Counter[RelationKey] = field(default_factory=Counter)
+    """Pairs of scenes of which one was made from the other."""
+    ledger: list[EntryNote] = field(default_factory=list)
+    """The entries of the ledger for these engines."""
     hunters: Counter[str] = field(default_factory=Counter)
-    """Scenes that each hunter has put before an engine: "bulk" and "hypothesis"."""
+    """Scenes that each hunter has put before an engine: "replay", "bulk" and "hypothesis"."""
     timing: dict[str, float] = field(default_factory=dict)
-    """Seconds spent on scenes, each engine, reference, judge, proofs, shrinking."""
+    """Seconds spent on scenes, each engine, the reference, judge, proofs, hunts, store: of all workers together."""
     interrupted: bool = False
+    digest: str = ""
+    """Of every answer, to the bit: the same for the same work, whatever has done it."""
+    recalled: int = 0
+    """Tasks whose outcomes come from the record of an earlier run."""
     models: list[str] = field(default_factory=list)
     """Where the regime `models` took its geometry from, and then each file that could not be used, with the reason."""
     problems: list[str] = field(default_factory=list)
     """Sentences on whatever makes this run incomplete: supported cells with nothing compared, lost workers."""
+    incidents: Counter[str] = field(default_factory=Counter)
+    """Sentences on what happened to the engines' processes though nothing was lost by it, and how often."""
 
     def total(
         self,
@@ -197,4 +329,11 @@ class Run:
     @property
     def reference_wrong(self) -> bool:
         """Whether a proof spoke against `refimpl` itself."""
-        return any(b.witness.verdict.kind is Kind.REFERENCE_WRONG for b in self.buckets)
+        return any(bucket.against_reference for bucket in self.buckets)
+
+    @property
+    def unsettled(self) -> Counter[State]:
+        """How many buckets are new, and how many entries stale or changed: none in a run that is as expected."""
+        found = Counter(note.state for note in self.ledger if note.state in (State.STALE, State.CHANGED))
+        new = sum(bucket.state is State.NEW for bucket in self.buckets)
+        return found + Counter({State.NEW: new})

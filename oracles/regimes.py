@@ -1,227 +1,180 @@
 """Regimes: named recipes that turn random numbers into scenes.
 
 Random poses alone do not find what matters: engines fail where things touch, line up, degenerate or leave the
-middle scale. Each regime works for every pair of types; its docstring says why it exists.
+middle scale. A regime is put together from three parts: a build (what the bodies are like), a placement (how they
+stand to each other) and a frame (at what scale, where and how turned the scene is). Each idea has a regime in which
+it stands alone; the regime `combined` draws any other combination, so that in time all of them are had. Each works
+for every pair of types.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from oracles.bodies import IDENTITY, random_body, round_body
-from oracles.draws import Draws, log_uniform
+from oracles.bodies import Body
+from oracles.builds import (
+    Build,
+    Kind,
+    aligned,
+    at_thresholds,
+    degenerate,
+    generic,
+    half_aligned,
+    siblings,
+    size_ratio,
+    sliver,
+)
+from oracles.draws import Draws
+from oracles.engine import Engine
+from oracles.frames import FRAMES, Frame
 from oracles.library import current
 from oracles.placed import placed_pair
-from oracles.reference import UNIONS
-from refimpl import Capsule, HalfSpace, Proxy, Ray, distance
-from refimpl.linear import Array, Bools, dot, norm, quaternion_product, scale
-from refimpl.shapes import KDOP, ConvexPolyhedron, Polyhedron
+from oracles.placements import FREE, NEAR, PLACEMENTS, Draft, Pair, Placement, facing
+from refimpl.shapes import Polyhedron
 
-FLAT_WHEN_THIN = (KDOP, ConvexPolyhedron)
-"""Types that may have no thickness at all, and do so in some slivers."""
-STEPS = 4
-"""Unions are moved in so many steps: past one piece, there may be the next."""
-
-Pair = tuple[Proxy, Proxy]
-Regime = Callable[[Draws, type[Proxy], type[Proxy]], Pair]
-REGIMES: dict[str, Regime] = {}
+BUILDS: dict[str, Build] = {
+    build.__name__: build for build in (generic, aligned, sliver, size_ratio, degenerate, siblings)
+}
+COMBINED = "combined"
 
 
-def regime(function: Regime) -> Regime:
-    """Register a regime under its function's name."""
-    REGIMES[function.__name__] = function
-    return function
+@dataclass(frozen=True)
+class Regime:
+    """A recipe for scenes: call it for pairs of proxies, or draft them first and settle many drafts at once.
+
+    Attributes
+    ----------
+    reason
+        Why it exists.
+    """
+
+    reason: str
+    draft: Callable[[Draws, Kind, Kind], Draft]
+
+    def __call__(self, draws: Draws, kind_a: Kind, kind_b: Kind) -> Pair:
+        """Make pairs of proxies of these types."""
+        return self.draft(draws, kind_a, kind_b).settled()
 
 
-def reasons() -> dict[str, str]:
-    """Why each regime exists: the first line of its docstring."""
-    return {name: (function.__doc__ or "").strip().splitlines()[0] for name, function in REGIMES.items()}
+@dataclass(frozen=True)
+class Recipe:
+    """A build, a placement and a frame."""
+
+    build: Build = generic
+    placement: Placement = FREE
+    frame: Frame = FRAMES["unit"]
+
+    def draft(self, draws: Draws, kind_a: Kind, kind_b: Kind) -> Draft:
+        """Bodies, arranged, in their frame, and made into proxies; with the gap that they are to have."""
+        bodies = self.build(draws, kind_a, kind_b)
+        if self.placement.arrange is not None:
+            bodies = self.placement.arrange(draws, *(_of_one_mesh(body, kind_a, kind_b) for body in bodies))
+        gap, moved = np.zeros(draws.n), np.zeros(draws.n, dtype=bool)
+        if self.placement.gap is not None:
+            gap, moved = self.placement.gap(draws)
+        a, b, length = self.frame(draws, bodies, (kind_a, kind_b))
+        pair = a.make(kind_a), b.make(kind_b)
+        return Draft(*(facing(*pair) if self.placement.faces else pair), gap * length, moved)
 
 
-def _signed_gap(a: Proxy, b: Proxy) -> tuple[Array, Array]:
-    """Signed distance and normal; a ray counts as a segment that reaches past the other."""
-    if isinstance(a, Ray):
-        far = 2.0 + (norm(b.reference_point - a.origin) + 4.0 * b.magnitude) / norm(a.direction)
-        a = Capsule(a.origin, a.at(far), np.zeros(len(a)))
-    found = distance(a, b)
-    return found.distance, found.normal
+def _of_one_mesh(body: Body, *kinds: Kind) -> Body:
+    """Bodies of one size, where they share a mesh."""
+    if Polyhedron not in kinds:
+        return body
+    return replace(body, extents=np.broadcast_to(body.extents[:1], body.extents.shape))
 
 
-def _at_gap(a: Proxy, b: Proxy, gap: Array, which: Bools | None = None) -> Pair:
-    """Move B along the normal until the signed distance is about `gap`; pairs without end, or not `which`, stay."""
-    steps = STEPS if isinstance(a, UNIONS) or isinstance(b, UNIONS) else 1
-    for _ in range(steps):
-        sigma, normal = _signed_gap(a, b)
-        moves = np.isfinite(sigma) if which is None else np.isfinite(sigma) & which
-        move = np.where(moves, gap - np.where(moves, sigma, 0.0), 0.0)
-        b = b.translated(scale(move, np.where(moves[:, None], normal, 0.0)))
-        if np.all(np.abs(move) <= 1e-12 * b.magnitude):
-            break
-    return a, b
+def _first_line(function: object) -> str:
+    return (function.__doc__ or "").strip().splitlines()[0]
 
 
-def _common(values: Array, *kinds: type[Proxy]) -> Array:
-    """Numbers drawn for each body of a batch, or the first one's for all, where they share a mesh."""
-    return np.broadcast_to(values[:1], values.shape) if Polyhedron in kinds else values
+def combination_name(build: str, placement: str, frame: str) -> str:
+    """Name the parts that are not plain: ``touching · sliver · far away``."""
+    parts = [part for part in (placement, build, frame) if part not in ("free", "generic", "unit")]
+    return " · ".join(part.replace("_", " ") for part in parts) or "generic"
 
 
-def _facing(a: Proxy, b: Proxy) -> Pair:
-    """Turn a second half-space exactly against the first: only then is their distance finite."""
-    if isinstance(a, HalfSpace) and isinstance(b, HalfSpace):
-        place = b.reference_point
-        normal = -2.0 * a.normal
-        return a, HalfSpace(normal, -dot(normal, place))
-    return a, b
+COMBINATIONS: dict[str, Recipe] = {
+    combination_name(build, placement, frame): Recipe(BUILDS[build], PLACEMENTS[placement], FRAMES[frame])
+    for frame in FRAMES
+    for build in BUILDS
+    for placement in PLACEMENTS
+}
+"""Every build in every placement in every frame; the plainest first."""
 
 
-@regime
-def generic(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """Any pose at the middle scale: what a demonstration shows, and where engines are best."""
-    return random_body(draws).make(kind_a), random_body(draws).make(kind_b)
+def _combined(draws: Draws, kind_a: Kind, kind_b: Kind) -> Draft:
+    """Several ideas at once, touching slivers far away for instance: faults that need two of them to show."""
+    name = list(COMBINATIONS)[int(draws.choice(range(len(COMBINATIONS)))[0])]
+    draws.about = f": {name}"
+    return COMBINATIONS[name].draft(draws, kind_a, kind_b)
 
 
-@regime
-def aligned(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """Axis-aligned with round numbers: levels are built so, and determinants vanish exactly."""
-    return round_body(draws).make(kind_a), round_body(draws).make(kind_b)
-
-
-@regime
-def touching(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """At distance 0 up to rounding: resting contact, where a boolean flips."""
-    a, b = generic(draws, kind_a, kind_b)
-    return _at_gap(a, b, np.zeros(draws.n))
-
-
-@regime
-def nearly_touching(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """Gaps and overlaps of 1e-1 to 1e-15: below an engine's tolerances and margins."""
-    a, b = generic(draws, kind_a, kind_b)
-    gap = 10.0 ** -draws.choice(range(1, 16)) * draws.choice((1.0, -1.0)) * draws.uniform(1.0, 9.0)
-    return _at_gap(a, b, gap)
-
-
-@regime
-def deep(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """One inside the other or nearly so: many faces compete for the least depth."""
-    a, b = random_body(draws), random_body(draws)
-    offset = scale(draws.uniform(0.0, 0.5), draws.uniform(-1.0, 1.0, 3)) * a.extents
-    return a.make(kind_a), replace(b, place=a.place + offset).make(kind_b)
-
-
-@regime
-def concentric(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """Equal centres, equal or turned poses, equal or other sizes: no direction is preferred."""
-    a, b = round_body(draws), random_body(draws)
-    same_size, same_pose = draws.choice((1.0, 0.0)) == 1, draws.choice((1.0, 0.0)) == 1
-    extents = np.where(same_size[:, None], a.extents, b.extents)
-    rotation = np.where(same_pose[:, None], a.rotation, b.rotation)
-    return a.make(kind_a), replace(b, place=a.place, extents=extents, rotation=rotation).make(kind_b)
-
-
-def _nearly_parallel(draws: Draws, rotation: Array) -> Array:
-    """Turn by a quarter, by nothing, or by a tiny angle about one of the body's axes."""
-    angle = draws.choice((0.0, 1e-1, 1e-3, 1e-5, 1e-7, 1e-8, 1e-9, 1e-11, 1e-13, 1e-15, 1.0))
-    axis = np.eye(3)[draws.choice((0, 1, 2)).astype(int)]
-    turn = np.concatenate([scale(angle / 2, axis), np.ones((draws.n, 1))], axis=-1)
-    return quaternion_product(rotation, turn)
-
-
-@regime
-def parallel_edges(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """Edges parallel or at angles down to 1e-15: cross products vanish or lose their digits."""
-    a, b = random_body(draws), random_body(draws)
-    upright = draws.choice((0.0, 1.0)) == 1
-    rotation = np.where(upright[:, None], IDENTITY, a.rotation)
-    turned = _nearly_parallel(draws, rotation)
-    near = a.place + scale(draws.choice((1.0, 2.0, 0.0)), b.place)
-    pair = replace(a, rotation=rotation).make(kind_a), replace(b, rotation=turned, place=near).make(kind_b)
-    gap = draws.choice((0.0, 1.0, 1e-9, -1e-9, 1e-3, -1e-3)) * draws.uniform(0.1, 1.0)
-    loose = draws.choice((0.0, 1.0)) == 1
-    return _at_gap(*_facing(*pair), gap, ~loose)
-
-
-@regime
-def face_on_face(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """Stacked squarely, with a gap or overlap of 0 or a little: whole faces are nearest."""
-    a, b = round_body(draws), round_body(draws)
-    axis = draws.choice((2, 0, 1)).astype(int)
-    offset = np.where(np.arange(3) == axis[:, None], scale(draws.choice((1.0, -1.0)), a.extents + b.extents), 0.0)
-    slide = np.where(np.arange(3) == axis[:, None], 0.0, draws.choice((0.0, 0.5, -0.25, 1.0), 3))
-    gap = draws.choice((0.0, 1e-12, -1e-12, 1e-6, -1e-6, 1e-3, -1e-3, 0.5))
-    stacked = replace(b, place=a.place + offset + slide, rotation=np.broadcast_to(IDENTITY, b.rotation.shape))
-    first = replace(a, rotation=np.broadcast_to(IDENTITY, a.rotation.shape))
-    return _at_gap(*_facing(first.make(kind_a), stacked.make(kind_b)), gap)
-
-
-@regime
-def sliver(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """Extents a thousand to a billion times smaller in some directions: needles, sheets, hairs."""
-    a, b = random_body(draws), random_body(draws)
-    thin_a, thin_b = (np.where(draws.choice((1.0, 0.0), 3) == 1, log_uniform(draws, -9, -3, 3), 1.0) for _ in range(2))
-    thin_a, thin_b = _flattened(draws, thin_a, kind_a), _flattened(draws, thin_b, kind_b)
-    pair = (
-        replace(a, extents=a.extents * thin_a).make(kind_a),
-        replace(b, extents=b.extents * thin_b).make(kind_b),
-    )
-    near = draws.choice((0.0, 1.0)) == 1
-    return _at_gap(*pair, draws.uniform(-0.1, 0.1), near)
-
-
-def _flattened(draws: Draws, thin: Array, kind: type[Proxy]) -> Array:
-    """Make some bodies quite flat along one axis, where their type allows that."""
-    if kind not in FLAT_WHEN_THIN:
-        return thin
-    flat = draws.choice((-1.0, -1.0, 0.0, 1.0, 2.0))
-    return np.where(np.arange(3) == flat[:, None], 0.0, thin)
-
-
-def _scaled_pair(draws: Draws, pair: Pair, low: float, high: float) -> Pair:
-    factor = _common(log_uniform(draws, low, high), *map(type, pair))
-    if Polyhedron in map(type, pair):
-        factor = factor[0]
-    return pair[0].scaled(factor), pair[1].scaled(factor)
-
-
-@regime
-def huge(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """Everything 1e3 to 1e9 times larger: absolute tolerances become too strict."""
-    return _scaled_pair(draws, generic(draws, kind_a, kind_b), 3, 9)
-
-
-@regime
-def tiny(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """Everything 1e3 to 1e9 times smaller: absolute tolerances and margins swallow the scene."""
-    return _scaled_pair(draws, generic(draws, kind_a, kind_b), -9, -3)
-
-
-@regime
-def size_ratio(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """One proxy 1e3 to 1e6 times larger than the other, near its surface: a coin on a planet."""
-    a, b = random_body(draws), random_body(draws)
-    factor = _common(log_uniform(draws, 3, 6), kind_a, kind_b)
-    large_first = _common(draws.choice((0.0, 1.0)), kind_a, kind_b) == 1
-    size_a, size_b = np.where(large_first, factor, 1.0), np.where(large_first, 1.0, factor)
-    pair = (
-        replace(a, extents=scale(size_a, a.extents)).make(kind_a),
-        replace(b, extents=scale(size_b, b.extents)).make(kind_b),
-    )
-    return _at_gap(*pair, draws.uniform(-1.0, 1.0))
-
-
-@regime
-def far_away(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
-    """Sizes of 1e-3 to 1 at coordinates of 1e3 to 1e6: only relative positions should count."""
-    a, b = _scaled_pair(draws, generic(draws, kind_a, kind_b), -3, 0)
-    offset = scale(log_uniform(draws, 3, 6), draws.uniform(-1.0, 1.0, 3))
-    return a.translated(offset), b.translated(offset)
-
-
-@regime
-def models(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Pair:
+def _models(draws: Draws, kind_a: Kind, kind_b: Kind) -> Draft:
     """Meshes of robots, tools and toys, touching and overlapping: many faces, no two alike, as users have them."""
     a, b, gap, moved = placed_pair(draws, current(), kind_a, kind_b)
-    return _at_gap(*_facing(a, b), gap, moved)
+    return Draft(*facing(a, b), gap, moved)
+
+
+def _of_build(build: Build, placement: Placement = FREE) -> Regime:
+    return Regime(_first_line(build), Recipe(build, placement).draft)
+
+
+def _of_placement(name: str, build: Build = generic) -> Regime:
+    return Regime(PLACEMENTS[name].reason, Recipe(build, PLACEMENTS[name]).draft)
+
+
+def _of_frame(name: str, build: Build = generic, placement: Placement = FREE) -> Regime:
+    return Regime(_first_line(FRAMES[name]), Recipe(build, placement, FRAMES[name]).draft)
+
+
+REGIMES: dict[str, Regime] = {
+    "generic": _of_build(generic),
+    "aligned": _of_build(aligned),
+    "touching": _of_placement("touching"),
+    "nearly_touching": _of_placement("nearly_touching"),
+    "deep": _of_placement("deep"),
+    "concentric": _of_placement("concentric", half_aligned),
+    "on_surface": _of_placement("on_surface", aligned),
+    "parallel_edges": _of_placement("parallel_edges"),
+    "face_on_face": _of_placement("face_on_face", aligned),
+    "sliver": _of_build(sliver, NEAR),
+    "size_ratio": _of_build(size_ratio, NEAR),
+    "degenerate": _of_build(degenerate, NEAR),
+    "siblings": _of_build(siblings),
+    "turned": _of_frame("turned", aligned, PLACEMENTS["face_on_face"]),
+    "huge": _of_frame("huge"),
+    "tiny": _of_frame("tiny"),
+    "far_away": _of_frame("far_away"),
+    "single_precision": _of_frame("single_precision", generic, PLACEMENTS["nearly_touching"]),
+    COMBINED: Regime(_first_line(_combined), _combined),
+    "models": Regime(_first_line(_models), _models),
+}
+"""The regimes that every pass asks: each idea alone or nearly so, and some combination. Counts are kept by these names;
+a scene of `combined` names its parts in its source."""
+
+
+def thresholds_of(engine: Engine) -> Regime:
+    """Gaps, overlaps and sizes about the lengths at which an engine, as it declares, takes another way."""
+    lengths = engine.thresholds
+
+    def draft(draws: Draws, kind_a: Kind, kind_b: Kind) -> Draft:
+        a, b, gap = at_thresholds(draws, lengths)
+        return Draft(a.make(kind_a), b.make(kind_b), gap, np.ones(draws.n, dtype=bool))
+
+    named = ", ".join(f"{what} {length:g}" for what, length in lengths.items())
+    return Regime(f"Gaps, overlaps and sizes about the thresholds of {engine.name}: {named}.", draft)
+
+
+def regimes_for(engines: Iterable[Engine]) -> dict[str, Regime]:
+    """The regimes that every pass asks, and one more for each engine that declares thresholds."""
+    own = {f"thresholds_of_{engine.name}": thresholds_of(engine) for engine in engines if engine.thresholds}
+    return REGIMES | own
+
+
+def reasons(regimes: Mapping[str, Regime] = REGIMES) -> dict[str, str]:
+    """Why each regime exists."""
+    return {name: regime.reason for name, regime in regimes.items()}

@@ -45,6 +45,11 @@ def cells() -> list[Cell]:
     return found
 
 
+def cells_of(pair: tuple[type[Proxy], type[Proxy]]) -> list[Cell]:
+    """Cells of one pair."""
+    return [cell for cell in cells() if (cell.type_a, cell.type_b) == pair]
+
+
 @dataclass(frozen=True)
 class Scene:
     """Two single proxies and a query.

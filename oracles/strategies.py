@@ -7,18 +7,22 @@ from collections.abc import Sequence
 from hypothesis import strategies as st
 
 from oracles.draws import HypothesisDraws
-from oracles.impact_regimes import IMPACT_REGIMES, regimes_of
-from oracles.regimes import REGIMES
+from oracles.engine import Engine
+from oracles.impact_regimes import impact_regimes_for, regimes_of
+from oracles.regimes import regimes_for
 from oracles.scene import IMPACT, Cell, Scene
 
 
 @st.composite
-def scenes(draw: st.DrawFn, cell: Cell, regimes: Sequence[str] | None = None) -> Scene:
-    """Scenes of a cell, in any of the regimes (by default all); shrinks to the first regime and simple numbers."""
-    name = draw(st.sampled_from(list(regimes or regimes_of(cell.query))))
+def scenes(draw: st.DrawFn, cell: Cell, regimes: Sequence[str] | None = None, engines: Sequence[Engine] = ()) -> Scene:
+    """Scenes of a cell, in any of the regimes (by default all, those of the engines' thresholds included).
+
+    Shrinks to the first regime and simple numbers.
+    """
+    name = draw(st.sampled_from(list(regimes or regimes_of(cell.query, engines))))
     draws = HypothesisDraws(draw)
     if cell.query == IMPACT:
-        a, b, motion = IMPACT_REGIMES[name](draws, cell.type_a, cell.type_b)
+        a, b, motion = impact_regimes_for(engines)[name](draws, cell.type_a, cell.type_b)
         return Scene(cell.query, a[0], b[0], name, "hypothesis", motion[0])
-    a, b = REGIMES[name](draws, cell.type_a, cell.type_b)
+    a, b = regimes_for(engines)[name](draws, cell.type_a, cell.type_b)
     return Scene(cell.query, a[0], b[0], name, "hypothesis" + draws.about)

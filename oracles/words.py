@@ -61,8 +61,12 @@ def severity_of(symptom: str, amount: float, size: float) -> Severity:
     return Severity.LARGE if ratio > 1e-3 else Severity.SMALL
 
 
+EDGE = 1e-3
+"""Errors that are a power of ten but for rounding are taken for it: many are, of scenes of size 1."""
+
+
 def decade_of(amount: float, size: float) -> int | None:
     """Decade of an error relative to the scene's size, at most 0; None where it has no amount."""
     if not (0 < amount < math.inf and size > 0) or math.isinf(amount / size):
         return None
-    return min(0, math.floor(math.log10(amount / size)))
+    return min(0, math.floor(math.log10(amount / size) + EDGE))

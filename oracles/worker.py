@@ -2,40 +2,30 @@
 
 from __future__ import annotations
 
-import fcntl
-import json
 import os
-import signal
-import socket
-import subprocess
 import sys
-import tempfile
 import weakref
-from contextlib import suppress
-from multiprocessing.connection import Connection
-from typing import IO, Any, Self
+from collections import Counter
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from oracles.engine import Answers, Array, EngineUnavailable, Kind
-from oracles.guard import Job, Result
+from oracles.engine import Answers, Array, EngineUnavailable, Kind, Status, faults
+from oracles.isolation.board import NOWHERE_YET, PENDING, REMARKED, Job
+from oracles.isolation.guarded import Guarded, GuardLost
+from oracles.isolation.hands import Limits
 from oracles.motion import WIDTH
-from oracles.scene import IMPACT
+from oracles.scene import IMPACT, Scene
 
+MEMORY_LIMIT = 2 << 30
 START_LIMIT = 120.0
-"""Seconds until a worker must have imported its engine."""
-
-BOOT = """
-import json, sys
-sys.path[:] = json.loads(sys.argv[1])
-from oracles.guard import main
-main(int(sys.argv[2]), sys.argv[3], float(sys.argv[4]))
-"""
+MOST_RESTARTS = 10
+"""Guards lost in one batch after which the rest of it is skipped."""
 
 
 class EngineWorker:
-    """One engine in a process of its own, with a time limit for each call.
+    """One engine in a process of its own, with limits of time and memory for each call.
 
     Parameters
     ----------
@@ -44,31 +34,57 @@ class EngineWorker:
     call_limit : float
         Seconds of processor time for one scene; five times as long for one that waits. On a busy machine a slow call
         is no hang.
+    memory_limit : int
+        Bytes that the engine and all that it starts may use beyond what it takes once it is imported.
+    start_limit : float
+        Seconds until the engine must be imported.
+
+    Attributes
+    ----------
+    incidents : Counter of str
+        What happened to the engine's process besides what each scene's text tells, in sentences, and how often.
 
     Raises
     ------
     EngineUnavailable
-        When the engine cannot be started; the text says why.
+        When the engine cannot be started, or its adapter is not sound; the text says why.
 
     Notes
     -----
     A scene that crashes or hangs costs its own answer only. Each gets its status, the text of what happened in
     `Answers.errors`, and a fresh process takes the next scene. Neither what the engine prints nor Ctrl-C
-    gets through: the process has no terminal. Use as a context manager, or `close`.
+    gets through: the process has no terminal. What the engine starts ends with it. Whichever process is killed
+    (`oracles.isolation` lists them), what was answered before is kept, and the rest asked again; a scene at which the
+    guard was lost twice counts as crashed. Use as a context manager, or `close`.
+
+    There is no defence against an engine that means harm and has the user's rights: it may kill or write whatever
+    the user may.
     """
 
-    def __init__(self, engine_spec: str, call_limit: float = 1.0) -> None:
+    def __init__(
+        self,
+        engine_spec: str,
+        call_limit: float = 1.0,
+        *,
+        memory_limit: int = MEMORY_LIMIT,
+        start_limit: float = START_LIMIT,
+    ) -> None:
         if not hasattr(os, "fork"):
             raise EngineUnavailable(f"engines are run in forked processes, which {sys.platform} does not have")
-        if not 0 < call_limit < float("inf"):
-            raise ValueError(f"call_limit must be a positive number of seconds, got {call_limit!r}")
+        for name, value in (("call_limit", call_limit), ("memory_limit", memory_limit), ("start_limit", start_limit)):
+            if not 0 < value < float("inf"):
+                raise ValueError(f"{name} must be a positive number, got {value!r}")
         self.engine_spec = engine_spec
-        self._busy = False
-        self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  lives as long as the worker
-        fcntl.fcntl(self._log, fcntl.F_SETFL, fcntl.fcntl(self._log, fcntl.F_GETFL) | os.O_APPEND)
-        self._process, self._connection = _start(engine_spec, call_limit, self._log)
-        self._end = weakref.finalize(self, _end, self._process, self._connection, self._log)
-        self._greet()
+        self.incidents: Counter[str] = Counter()
+        self._job: Job | None = None
+        self._renewed = False
+        self._guarded = Guarded(engine_spec, Limits(call_limit, memory_limit, start_limit))
+        self._end = weakref.finalize(self, self._guarded.end)
+        try:
+            self._guarded.start()
+        except BaseException:
+            self._end()
+            raise
 
     def answer(
         self,
@@ -95,6 +111,11 @@ class EngineWorker:
         self.submit(query, A, B, rows_a, rows_b, groups=groups, give_up_after=give_up_after)
         return self.result()
 
+    def ask(self, scene: Scene) -> Answers:
+        """Have one scene answered."""
+        rows = (row[None] for row in scene.rows)
+        return self.answer(scene.query, type(scene.a), type(scene.b), *rows)
+
     def submit(
         self,
         query: str,
@@ -112,23 +133,76 @@ class EngineWorker:
         labels = np.zeros(len(a), np.int64) if groups is None else np.asarray(groups).astype(np.int64)
         if not len(a) == len(b) == len(labels) or labels.ndim != 1:
             raise ValueError(f"one group and one row of each side per scene, got {len(a)}, {len(b)}, {labels.shape}")
-        if self._busy:
+        if self._job is not None:
             raise RuntimeError("the worker is at work on another batch: take its result first")
-        self._send(Job(query, A, B, a, b, labels, give_up_after))
-        self._busy = True
+        if not self._end.alive:
+            raise EngineUnavailable(f"the worker of {self.engine_spec} is closed")
+        self._job = Job(query, A, B, len(a), a.shape[1], b.shape[1], give_up_after, self._renewed)
+        self._renewed = False
+        self._guarded.board.fill(a, b, labels)
+        self._guarded.ask(self._job)
 
     def result(self) -> Answers:
         """Wait for the batch that was submitted."""
-        if not self._busy:
+        if self._job is None:
             raise RuntimeError("nothing was submitted")
-        result = self._receive()
-        self._busy = False
-        assert isinstance(result, Result)
-        return Answers.from_table(result.status, result.table, result.errors)
+        job, self._job = self._job, None
+        lost_at: Counter[int] = Counter()
+        while True:
+            try:
+                self.incidents.update(self._guarded.listen())
+                break
+            except GuardLost as how:
+                self._restart(job, str(how), lost_at)
+        return self._answers(job)
+
+    def _answers(self, job: Job) -> Answers:
+        """Read the board; an answer that says less than the engine promised is none."""
+        board = self._guarded.board
+        status, table, texts = board.results()
+        for i, text in faults(job.query, board.promised(), table).items():
+            if status[i] == Status.ANSWERED:
+                status[i], table[i], texts[i] = Status.ERROR, np.nan, text
+        for i, text in texts.items():
+            if status[i] in (Status.ANSWERED, Status.SKIPPED):
+                self.incidents[f"{text}: {in_words(job)}"] += 1
+        return Answers.from_table(status, table, texts)
+
+    def _restart(self, job: Job, how: str, lost_at: Counter[int]) -> None:
+        """Start a new guard for the rest of a batch; where the last two were lost at one scene, without that."""
+        if self._guarded.leaving:
+            raise EngineUnavailable(f"the worker of {self.engine_spec} was interrupted: {how}")
+        board = self._guarded.board
+        at = int(board.at[0])
+        lost_at[at] += 1
+        self.incidents[f"{how}, and was started again: {in_words(job)}"] += 1
+        if lost_at[at] > 1 and 0 <= at < job.size and board.status[at] == PENDING:
+            board.pin(at, Status.CRASHED, f"{how}, twice at this scene")
+        if lost_at.total() > MOST_RESTARTS:
+            for i in board.pending().tolist():
+                board.pin(i, Status.SKIPPED + REMARKED, f"not asked: {how}, for the {lost_at.total()}th time")
+        board.at[0] = NOWHERE_YET
+        self._guarded.start()
+        self._guarded.ask(job)
+
+    def renew(self) -> None:
+        """Have the next batch answered by a fresh process, in which the engine was asked nothing before."""
+        self._renewed = True
+
+    def take_incidents(self) -> Counter[str]:
+        """Return `incidents`, and begin a new list."""
+        taken, self.incidents = self.incidents, Counter()
+        return taken
+
+    @property
+    def process_id(self) -> int:
+        """The guard's process, above those that hold the engine."""
+        assert self._guarded.process is not None
+        return self._guarded.process.pid
 
     def interrupt(self) -> None:
         """End the worker's processes at once; from any thread. What waits for a result raises."""
-        _kill(self._process)
+        self._guarded.interrupt()
 
     def close(self) -> None:
         """End the worker's processes and wait for that; closing twice does no harm."""
@@ -142,41 +216,10 @@ class EngineWorker:
         """Close."""
         self.close()
 
-    def _greet(self) -> None:
-        """Wait until the engine is imported."""
-        late = f"{self.engine_spec} did not start within {START_LIMIT:g} s"
-        try:
-            refused = self._receive() if self._connection.poll(START_LIMIT) else late
-        except BaseException:
-            self.close()
-            raise
-        if refused is not None:
-            self.close()
-            raise EngineUnavailable(refused)
 
-    def _send(self, job: Job) -> None:
-        try:
-            self._connection.send(job)
-        except OSError:
-            raise self._lost() from None
-
-    def _receive(self) -> Any:
-        try:
-            return self._connection.recv()
-        except (EOFError, OSError):
-            raise self._lost() from None
-
-    def _lost(self) -> EngineUnavailable:
-        """Say how the guard ended, with the last that it printed."""
-        if not self._end.alive:
-            return EngineUnavailable(f"the worker of {self.engine_spec} is closed")
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(5.0)
-        self._log.seek(max(0, os.fstat(self._log.fileno()).st_size - 1000))
-        words = self._log.read().decode("utf-8", "replace").strip()
-        return EngineUnavailable(
-            f"the worker of {self.engine_spec} ended (exit status {self._process.poll()}) {words}".rstrip()
-        )
+def in_words(job: Job) -> str:
+    """Name a job's cell."""
+    return f"{job.query} {job.A.__name__}–{job.B.__name__}"
 
 
 def _rows(kind: Kind, rows: ArrayLike, name: str, behind: int = 0) -> Array:
@@ -186,36 +229,3 @@ def _rows(kind: Kind, rows: ArrayLike, name: str, behind: int = 0) -> Array:
     if array.ndim != 2 or array.shape[1] != kind.width() + behind:
         raise ValueError(f"{name}: a {kind.__name__} is a row of {kind.width() + behind} numbers, got {array.shape}")
     return array
-
-
-def _start(spec: str, call_limit: float, log: IO[bytes]) -> tuple[subprocess.Popen[bytes], Connection]:
-    """Start the guard in a session of its own, which no Ctrl-C of the terminal reaches."""
-    ours, theirs = socket.socketpair()
-    with theirs:
-        command = [sys.executable, "-c", BOOT, json.dumps(sys.path), str(theirs.fileno()), spec, repr(call_limit)]
-        # Threads of a linear algebra library would be lost in every fork, and are of no use to a solver.
-        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-        process = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=log,
-            env=environment,
-            pass_fds=[theirs.fileno()],
-            start_new_session=True,
-        )
-    return process, Connection(ours.detach())
-
-
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the guard and its hand: all of their session."""
-    if process.poll() is None:
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(process.pid, signal.SIGKILL)
-
-
-def _end(process: subprocess.Popen[bytes], connection: Connection, log: IO[bytes]) -> None:
-    _kill(process)
-    process.wait()
-    connection.close()
-    log.close()

@@ -7,6 +7,7 @@ of the type have different sizes, and one batch holds one size.
 from __future__ import annotations
 
 from dataclasses import field
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ def rows(size: str, width: int | str = 0, *, nonzero: bool = False, length: bool
 
 def count_of(tail: tuple[int, ...]) -> int:
     """How many numbers a tail holds."""
-    return int(np.prod(tail, dtype=int))
+    return prod(tail)
 
 
 def shifted(value: Array, exponent: Any, ends: int = 0) -> Array:

@@ -1,33 +1,23 @@
-"""The command line: ``proxyproof run``, ``table``, ``bounces`` and ``models``.
+"""The command line: ``proxyproof run``, ``table``, ``bounces``, ``models`` and ``hunt-mutants``.
 
-Exit status: 0 finished, 1 incomplete, 2 bad input (one line on standard error), 3 the reference was proven wrong,
-130 interrupted. Commands import what they need when they run, so that help and the table need no engine.
+Exit status: 0 finished and as the ledger expects, 1 incomplete or not as expected, 2 bad input (one line on standard
+error), 3 the reference was proven wrong, 130 interrupted. Commands import what they need when they run, so that help
+and the table need no engine.
 """
 
 from __future__ import annotations
 
-import math
 import os
-import re
-import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from reports import text
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from oracles.library import Library
-    from oracles.outcome import Run
-
-FINISHED, INCOMPLETE, BAD_INPUT, REFERENCE_WRONG, INTERRUPTED = 0, 1, 2, 3, 130
-LARGEST_SEED = 2**63 - 1
+from reports import options, running, text
+from reports.options import BadInput
+from reports.running import BAD_INPUT, FINISHED, INTERRUPTED
 
 USAGE_ERRORS: tuple[type[Exception], ...] = typer.BadParameter.__mro__[1:3]
 """What typer raises for a wrong command line: its UsageError and ClickException, which it does not export."""
@@ -39,10 +29,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Fuzz collision code, and prove who is wrong.",
 )
-
-
-class BadInput(Exception):
-    """The command line asks for what cannot be done; the text names it, and the way out."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -101,128 +87,7 @@ def start(
         print(context.get_help())
 
 
-def _seconds(option: str) -> Callable[[str], float]:
-    """Make the parser of an option that takes a time."""
-
-    def parse(said: str) -> float:
-        try:
-            value = float(said)
-        except ValueError:
-            value = math.nan
-        if not (math.isfinite(value) and value > 0):
-            raise BadInput(f"{option} must be a positive number of seconds, got {said!s}")
-        return value
-
-    return parse
-
-
-def _seed(said: str) -> int:
-    try:
-        value = int(said)
-    except ValueError:
-        value = -1
-    if not 0 <= value <= LARGEST_SEED:
-        raise BadInput(f"--seed must be a whole number from 0 to {LARGEST_SEED}, got {said!s}")
-    return value
-
-
-def _folder(said: str) -> Path:
-    if not str(said).strip() or "\0" in str(said):
-        raise BadInput(f"--out must name a folder, got {str(said)!r}")
-    return Path(said)
-
-
-def _library(folder: str | None) -> Library:
-    """Models of a user's folder, all of them read, or those that are there without one."""
-    from oracles import library  # noqa: PLC0415
-    from oracles.meshfiles import ModelError  # noqa: PLC0415
-
-    if folder is None:
-        return library.shipped()
-    if not folder.strip() or "\0" in folder:
-        raise BadInput(f"models come from a folder, got {folder!r}")
-    try:
-        return library.of_user(Path(folder))
-    except ModelError as error:
-        raise BadInput(str(error)) from None
-
-
-@app.command()
-def run(
-    engine: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="Engine to question: fcl, bullet, pybullet-defaults, or your own as module:class or file.py:class; "
-            "may be repeated. Default: all installed.",
-        ),
-    ] = None,
-    pair: Annotated[
-        list[str] | None, typer.Option(metavar="A-B", help="Pair to try, as Sphere-Box; may be repeated. Default: all.")
-    ] = None,
-    budget: Annotated[
-        float, typer.Option(parser=_seconds("--budget"), metavar="SECONDS", help="Time to spend.")
-    ] = 60.0,
-    seed: Annotated[int, typer.Option(parser=_seed, metavar="NUMBER", help="Another seed tries other scenes.")] = 0,
-    call_limit: Annotated[
-        float,
-        typer.Option(
-            parser=_seconds("--call-limit"),
-            metavar="SECONDS",
-            help="Processor time an engine has for one answer (waiting: five times that).",
-        ),
-    ] = 0.5,
-    models: Annotated[
-        str | None,
-        typer.Option(metavar="DIR", help="Folder of meshes (OBJ, STL) and URDFs for scenes. Default: PyBullet's."),
-    ] = None,
-    out: Annotated[Path, typer.Option(parser=_folder, metavar="DIR", help="Folder for the report.")] = Path(
-        "discrepancy-report"
-    ),
-) -> int:
-    """Question engines, prove what they get wrong, and write a report.
-
-    Exit status: 0 finished, 1 incomplete, 2 bad input, 3 the reference itself was proven wrong, 130 interrupted.
-    """
-    pairs = _pairs(pair) if pair else None
-    engines = _engines(engine)
-    library = _library(models)
-
-    from oracles.campaign import run_campaign  # noqa: PLC0415
-    from oracles.engine import EngineUnavailable  # noqa: PLC0415
-    from reports import folder, terminal  # noqa: PLC0415
-
-    shown, progress = _consoles()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as Ctrl-C does: with a report
-    try:
-        folder.prepare(out)
-        with terminal.progress(progress, budget) as listener:
-            found = run_campaign(
-                engines,
-                budget=budget,
-                seed=seed,
-                listener=listener,
-                pairs=pairs,
-                call_limit=call_limit,
-                models=library,
-            )
-        with _undisturbed():
-            folder.write(found, out)
-    except (folder.FolderError, EngineUnavailable) as error:
-        raise BadInput(str(error)) from None
-    terminal.print_summary(found, shown)
-    print(f"report: {text.visible(out / 'index.html')}, report.md, run.json and repro/")
-    return exit_status(found)
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Let a second Ctrl-C wait: what was found is being written, which takes a second."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+app.command()(running.run)
 
 
 @app.command()
@@ -253,78 +118,64 @@ def bounces() -> int:
 @app.command()
 def models(
     folder: Annotated[
-        str | None,
-        typer.Argument(metavar="[DIR]", help="Folder of meshes and URDFs. Default: PyBullet's, which takes minutes."),
+        Path | None,
+        typer.Argument(
+            parser=options.place("DIR"),
+            metavar="[DIR]",
+            help="Folder of meshes and URDFs. Default: PyBullet's, which takes minutes.",
+        ),
     ] = None,
 ) -> int:
     """List the models that scenes can be made of: what each is usable as, and what keeps it from the rest."""
     from reports import models as listed  # noqa: PLC0415
 
-    for line in listed.lines(_library(folder)):
+    for line in listed.lines(options.library_of(folder)):
         print(line)
     return FINISHED
 
 
-def exit_status(found: Run) -> int:
-    """Exit status that tells what became of a run; the gravest word wins."""
-    if found.reference_wrong:
-        return REFERENCE_WRONG
-    if found.interrupted:
-        return INTERRUPTED
-    return INCOMPLETE if found.problems else FINISHED
+@app.command("hunt-mutants")
+def hunt_mutants(
+    name: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Wrong engines to hunt for. Default: all.")
+    ] = None,
+    budget: Annotated[
+        float, typer.Option(parser=options.seconds("--budget"), metavar="SECONDS", help="Time to find one of them.")
+    ] = 60.0,
+    settle: Annotated[
+        float,
+        typer.Option(
+            parser=options.seconds("--settle"), metavar="SECONDS", help="Time to look on after the first finding."
+        ),
+    ] = 5.0,
+    jobs: Annotated[int, typer.Option(min=1, max=256, metavar="NUMBER", help="How many to hunt for at a time.")] = 1,
+    seed: Annotated[
+        int,
+        typer.Option(
+            parser=options.whole("--seed", 0, options.LARGEST_SEED),
+            metavar="NUMBER",
+            help="Another seed tries other scenes.",
+        ),
+    ] = 0,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table as Markdown.")] = False,
+    correct: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="SCENES", help="Question the engine that is right instead, on so many scenes."),
+    ] = None,
+) -> int:
+    """Test the hunter: put engines that are wrong on purpose before it, and print what it finds.
 
+    Exit status: 0 all found, each named rightly and in at most two buckets; 1 else.
+    """
+    from reports import mutants  # noqa: PLC0415
 
-def _engines(chosen: Sequence[str] | None) -> list[str]:
-    """Engines to question: those asked for, which must load, or all that are installed."""
-    from oracles.engine import EngineUnavailable  # noqa: PLC0415
-    from oracles.engines import available_engines, load_engine  # noqa: PLC0415
-
-    if os.getcwd() not in sys.path:
-        sys.path.append(os.getcwd())  # an engine of the user's own stands in the folder that he is in
-    if not chosen:
-        installed = [name for name, missing in available_engines().items() if missing is None]
-        if not installed:
-            raise BadInput("no engine is installed: pip install python-fcl pybullet (the extra 'engines')")
-        return installed
-    for name in dict.fromkeys(chosen):
-        try:
-            load_engine(name)
-        except EngineUnavailable as error:
-            raise BadInput(str(error)) from None
-        except Exception as error:
-            # a module of the user's own may raise anything while it is imported
-            raise BadInput(f"--engine {name!r} cannot be loaded: {type(error).__name__}: {error}") from error
-    return list(dict.fromkeys(chosen))
-
-
-def _pairs(chosen: Sequence[str]) -> list[str]:
-    """Names of pairs as the table has them, from any dash, any case and either order."""
-    from oracles.scene import TYPES, cells  # noqa: PLC0415
-
-    known = {tuple(cell.pair.casefold().split("–")): cell.pair for cell in cells()}
-    found = []
-    for name in chosen:
-        parts = tuple(part.strip().casefold() for part in re.split("[-–—]", name))
-        match = known.get(parts) or known.get(parts[::-1])
-        if match is None:
-            types = ", ".join(TYPES)
-            raise BadInput(
-                f"--pair {name!r} is not in the pair table: write A-B with two of {types}; see proxyproof table"
-            )
-        found.append(match)
-    return list(dict.fromkeys(found))
-
-
-def _consoles() -> tuple[Console, Console]:
-    """Console for the summary, on standard output, and for the progress, on standard error."""
-    from rich.console import Console  # noqa: PLC0415
-
-    from reports.terminal import PLAIN_WIDTH  # noqa: PLC0415
-
-    def console(stream: Any) -> Console:
-        return Console(file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False)
-
-    return console(sys.stdout), console(sys.stderr)
+    if correct is not None:
+        return mutants.show_right(correct, seed)
+    try:
+        wanted = mutants.chosen(name or ())
+    except KeyError as unknown:
+        raise BadInput(f"there is no wrong engine {unknown}; there are {', '.join(mutants.names())}") from None
+    return mutants.show(wanted, budget=budget, settle=settle, seed=seed, jobs=jobs, markdown=markdown)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
-from reports import findings, matrix, tables, text
+from reports import findings, ledger, matrix, tables, text
 from reports.findings import BucketView
 from reports.tables import Table
 
@@ -38,6 +38,16 @@ WORDS = (
     ("undecided", "the proven interval allows both"),
     ("skipped", "not asked: the engine had run out of time on too many scenes of the cell and regime"),
     ("bucket", "findings with one cause, as far as can be told; its scene is the simplest found"),
+    ("ledger", "the list of known faults with their causes, and of witnesses, which each run asks again first"),
+    ("NEW", "a bucket that no entry of the ledger explains"),
+    ("expected", "a bucket that an entry explains; an entry whose witnesses fail as before, or that explains findings"),
+    ("CHANGED", "an entry of which a witness fails otherwise than it says, or all pass though other findings fit it"),
+    ("STALE", "an entry whose witnesses all pass now: it is to be taken out"),
+    ("UNMATCHED", "an entry of which this run saw nothing, for the reason named"),
+    (
+        "touching, parallel, tiny ... in a bucket's name",
+        "what is special about its scene's geometry; generic, where nothing is",
+    ),
     (
         "1e-3 in a bucket's name",
         "the decade of the error, relative to the scene's largest coordinate, extent or velocity",
@@ -67,6 +77,7 @@ class Content:
     overviews: tuple[Table, ...]
     matrices: tuple[Table, ...]
     index: Table
+    ledger: Table
     groups: tuple[Group, ...]
     regimes: Table
     coverage: tuple[Table, ...]
@@ -90,6 +101,7 @@ def content(run: Run) -> Content:
         overviews=matrix.overviews(run),
         matrices=matrix.matrices(run, links),
         index=findings.index(views, run),
+        ledger=ledger.table(run),
         groups=groups,
         regimes=tables.regime_table(run),
         coverage=tables.coverage(run),
@@ -126,6 +138,8 @@ def what_ran(run: Run) -> list[tuple[str, str]]:
         ("started", text.visible(run.started)),
         ("time", f"{text.seconds(run.seconds)} of a budget of {text.seconds(run.budget)}"),
         ("seed", str(run.seed)),
+        ("digest of every answer", run.digest or "none"),
+        *([("from an earlier record", text.plural(run.recalled, "task"))] if run.recalled else []),
         ("cells", f"{cells}; {text.plural(len(tables.regimes(run)), 'regime')}"),
         ("scenes asked", text.count(tables.total(verdicts, COMPARED))),
         ("scenes by hunter", ", ".join(f"{name} {text.count(n)}" for name, n in run.hunters.items()) or "none"),

@@ -14,7 +14,7 @@ from oracles.scene import Scene
 from refimpl import Ray
 from refimpl.proof.claims import Bound
 from refimpl.proof.impacts import ImpactCertificate
-from reports import shapes, text
+from reports import ledger, shapes, text
 from reports.proofs import Proof, proof_view
 from reports.tables import CellKey, Column, Entry, Table, engines, grouped, total
 
@@ -42,7 +42,7 @@ class BucketView:
     title: str
     story: str
     severity: str
-    known: str
+    state: str
     facts: tuple[tuple[str, str], ...]
     scene: tuple[tuple[str, str], ...]
     answers: Table
@@ -59,7 +59,7 @@ class BucketView:
 
 
 def bucket_views(run: Run) -> list[BucketView]:
-    """All buckets, worst first, numbered from 1."""
+    """All buckets in the order of the run, numbered from 1."""
     return [_view(number, bucket) for number, bucket in enumerate(run.buckets, 1)]
 
 
@@ -85,7 +85,7 @@ def _view(number: int, bucket: Bucket) -> BucketView:
         title=text.visible(bucket.key),
         story=text.visible(verdict.claim or _untold(finding), limit=1000),
         severity=text.visible(verdict.severity.value if verdict.severity else verdict.kind.value),
-        known=text.visible(bucket.known or "", limit=1000),
+        state=bucket.state.value,
         facts=tuple(_facts(bucket)),
         scene=_proxies(finding.scene),
         answers=_answers(finding),
@@ -132,11 +132,18 @@ def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:
     if verdict.amount < bucket.worst < math.inf:
         yield "worst of them", f"wrong by {text.number(bucket.worst)}"
     yield "regimes", ", ".join(f"{text.visible(name)} {text.count(n)}" for name, n in bucket.regimes.most_common())
-    yield "known", text.visible(bucket.known, limit=1000) if bucket.known else "no: this is new"
+    yield "ledger", _listed(bucket)
     for name, shape in (("A", scene.a), ("B", scene.b)):
         if not shapes.is_whole(shape):
             yield f"numbers of {name}", f"{text.count(shape.pack().size)}: run.json has them all"
     yield "scene", " · ".join(filter(None, (scene.id, text.visible(scene.regime), text.visible(scene.source))))
+
+
+def _listed(bucket: Bucket) -> str:
+    """State of a bucket, and the entry of the ledger that explains it."""
+    if bucket.entry is None:
+        return f"{bucket.state.value}: no entry explains it"
+    return f"{bucket.state.value}: {text.visible(bucket.entry)}. {text.visible(bucket.cause, limit=4000)}"
 
 
 def _has_amount(verdict: Verdict) -> bool:
@@ -211,13 +218,13 @@ def _proof(finding: Finding, number: int) -> Proof | None:
 
 
 def index(views: list[BucketView], run: Run) -> Table:
-    """One row per bucket, worst first."""
+    """One row per bucket: what is new first, then the worst."""
     rows = []
     for view, bucket in zip(views, run.buckets, strict=True):
         verdict = bucket.witness.verdict
         amount = f"≥ {text.short(verdict.amount)}" if _has_amount(verdict) else "–"
         number = Entry(str(view.number), link=view.anchor)
-        rest = (view.title, view.severity, amount, text.count(bucket.count), "known" if bucket.known else "new")
+        rest = (view.title, view.severity, amount, text.count(bucket.count), view.state)
         rows.append((number, *map(Entry, rest)))
     names = (
         ("#", True),
@@ -226,8 +233,8 @@ def index(views: list[BucketView], run: Run) -> Table:
         ("wrong by", True),
         ("seen", True),
     )
-    columns = (*(Column(title, numeric) for title, numeric in names), Column("known"))
-    return Table("Findings, worst first", columns, tuple(rows))
+    columns = (*(Column(title, numeric) for title, numeric in names), Column("ledger"))
+    return Table("Findings, what is new first, then the worst", columns, tuple(rows))
 
 
 def headline(run: Run) -> str:
@@ -236,9 +243,9 @@ def headline(run: Run) -> str:
         return "The reference itself was proven wrong, so the run stopped: believe nothing here before that is settled."
     counts = grouped(run, "engine")
     clauses = [_clause(text.visible(engine), counts.get((engine,), Counter())) for engine in engines(run)]
-    new = sum(bucket.known is None for bucket in run.buckets)
-    buckets = f"; {text.plural(len(run.buckets), 'bucket')}, {text.count(new)} new" if run.buckets else ""
-    return f"{'; '.join(clauses) or 'No engine was asked'}{buckets}."
+    states = ledger.in_words(run)
+    buckets = f"; {text.plural(len(run.buckets), 'bucket')}{f' ({states})' if states else ''}"
+    return f"{'; '.join(clauses) or 'No engine was asked'}{buckets if states else ''}."
 
 
 def _clause(engine: str, verdicts: Counter[Kind]) -> str:
@@ -252,6 +259,7 @@ def _clause(engine: str, verdicts: Counter[Kind]) -> str:
 def warnings(run: Run) -> list[str]:
     """Sentences that a reader must see before anything else."""
     found = ["The run was interrupted: this is what it had until then."] if run.interrupted else []
-    found += [text.visible(problem, limit=1000) for problem in run.problems[:MOST_WARNINGS]]
-    more = len(run.problems) - MOST_WARNINGS
+    told = [*run.problems, *(f"{what} ({text.plural(n, 'time')})" for what, n in run.incidents.most_common())]
+    found += [text.visible(problem, limit=1000) for problem in told[:MOST_WARNINGS]]
+    more = len(told) - MOST_WARNINGS
     return [*found, f"… and {text.count(more)} more such problems: run.json has them all."] if more > 0 else found

@@ -75,6 +75,7 @@ def _lines(report: Content) -> Iterator[str]:
     yield from (*table_lines(report.index), "") if report.groups else ("None.", "")
     for group in report.groups:
         yield from _group(group)
+    yield from ("## Ledger", "", *(table_lines(report.ledger) if report.ledger.rows else ("No entries.",)), "")
     yield from ("## Regimes and coverage", "", *table_lines(report.regimes), "")
     for coverage in report.coverage:
         yield from folded(coverage.caption, table_lines(coverage))

@@ -6,7 +6,6 @@ import json
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from refimpl.proof import (
     Certificate,
@@ -21,12 +20,11 @@ from refimpl.proof import (
     Piece,
     Separated,
     Split,
-    to_json,
 )
 from refimpl.proof.claims import Place, Simple, Tree
 from refimpl.proof.impacts import ImpactCertificate, Residuals
 from refimpl.proof.vectors import Vector
-from refimpl.proof.wire import impact_to_json
+from refimpl.proof.wire import certificate_to_json
 from reports import text
 
 MOST_CLAIMS = 12
@@ -78,12 +76,7 @@ def proof_view(certificate: Certificate | ImpactCertificate, interval: str, numb
 
 def certificate_text(certificate: Certificate | ImpactCertificate) -> str:
     """The certificate as JSON."""
-    return json.dumps(text.plain(certificate_json(certificate), limit=1_000_000), ensure_ascii=False)
-
-
-def certificate_json(certificate: Certificate | ImpactCertificate) -> dict[str, Any]:
-    """The certificate as plain data."""
-    return impact_to_json(certificate) if isinstance(certificate, ImpactCertificate) else to_json(certificate)
+    return json.dumps(text.plain(certificate_to_json(certificate), limit=1_000_000), ensure_ascii=False)
 
 
 RESIDUALS = (

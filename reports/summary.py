@@ -3,14 +3,20 @@
 The format, `proxyproof-run-1`, is one JSON object:
 
 - ``format``, ``seed``, ``budget`` and ``seconds`` (both in seconds), ``started`` (UTC, ISO 8601), ``interrupted``
-- ``engines``: names; ``versions``: package to version; ``regimes``: name to why it exists
+- ``engines``: names; ``engine_versions``: of each, what the ledger goes by; ``versions``: package to version;
+  ``regimes``: name to why it exists
 - ``counts``: objects with ``engine, query, pair, regime, verdict, count``
 - ``support``: objects with ``engine, query, pair, kind, reason``, kind being native, emulated or unsupported
-- ``problems``: sentences; ``timing``: seconds by what they were spent on;
-  ``hunters``: scenes by hunter; ``models``: what the regime `models` was made of, and each file that it could not use
-- ``buckets``, worst first: objects with ``number, key, engine, query, pair, symptom, decade, kind, severity, amount,
-  worst, lower, upper, claim, count, proven, regimes, known, scene, proof_scene, answer, reference, text, certificate,
-  repro``; ``repro`` is the script's path within the folder, a scene is ``query, a, b, regime, source, id`` with each
+- ``problems``: sentences; ``incidents``: sentence on an engine's process to how often;
+  ``timing``: seconds by what they were spent on;
+  ``hunters``: scenes by hunter; ``digest``: of every answer; ``recalled``: tasks from an earlier record;
+  ``models``: what the regime `models` was made of, and each file that it could not use
+- ``ledger``: the entries of the ledger for these engines, as objects with ``engine, name, state, why, seen, witnesses,
+  holding, cause, upstream, file``: holding are those of its witnesses that still fail as it says
+- ``buckets``, what is new first, then the worst: objects with ``number, key, engine, query, pair, symptom, degeneracy,
+  decade, kind, severity, amount, worst, lower, upper, claim, count, proven, regimes, state, entry, scene, proof_scene,
+  answer, reference, text, certificate, repro``; ``repro`` is the script's path within the folder, ``entry`` names the
+  one that explains the bucket, a scene is ``query, a, b, regime, source, id`` with each
   proxy's ``type`` and ``numbers`` as its `pack` gives them: in the constructor's order, after the sizes where a type
   has no fixed one; of impacts also ``motion``, by name; and ``certificate`` is what `refimpl.proof.to_json` gives, or
   `refimpl.proof.wire.impact_to_json`
@@ -26,9 +32,9 @@ from typing import Any
 
 from oracles.outcome import Bucket, Run
 from oracles.scene import Scene
+from refimpl.proof.wire import certificate_to_json
 from reports import text
 from reports.findings import repro_file
-from reports.proofs import certificate_json
 
 FORMAT = "proxyproof-run-1"
 
@@ -51,10 +57,12 @@ def run_data(run: Run) -> dict[str, Any]:
         **{name: getattr(run, name) for name in ("seed", "budget", "seconds", "started", "interrupted")},
         **{
             name: getattr(run, name)
-            for name in ("engines", "versions", "regimes", "problems", "timing", "hunters", "models")
+            for name in ("engines", "engine_versions", "versions", "regimes", "problems", "incidents", "timing")
         },
+        **{name: getattr(run, name) for name in ("hunters", "models", "digest", "recalled")},
         "counts": counts,
         "support": support,
+        "ledger": [dict(vars(note)) for note in run.ledger],
     }
     buckets = [_bucket(number, bucket) for number, bucket in enumerate(run.buckets, 1)]
     return {**text.plain(data), "buckets": buckets}
@@ -78,12 +86,12 @@ def _bucket(number: int, bucket: Bucket) -> dict[str, Any]:
     own = {
         "scene": _scene(finding.scene),
         "proof_scene": _scene(verdict.proof_scene) if verdict.proof_scene is not None else None,
-        "certificate": certificate_json(verdict.certificate) if verdict.certificate is not None else None,
+        "certificate": certificate_to_json(verdict.certificate) if verdict.certificate is not None else None,
     }
     said = {
         "key": bucket.key,
-        **{name: getattr(bucket, name) for name in ("engine", "query", "pair", "symptom", "decade", "count", "proven")},
-        **{name: getattr(bucket, name) for name in ("worst", "regimes", "known")},
+        **{name: getattr(bucket, name) for name in ("engine", "query", "pair", "symptom", "degeneracy", "decade")},
+        **{name: getattr(bucket, name) for name in ("count", "proven", "worst", "regimes", "state", "entry")},
         **{name: getattr(verdict, name) for name in ("kind", "severity", "amount", "lower", "upper", "claim")},
         **{name: getattr(finding, name) for name in ("answer", "reference", "text")},
     }

@@ -15,6 +15,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table as RichTable
 from rich.text import Text
 
+from oracles.ledger.states import UNSETTLED
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
 from reports import findings, tables, text
 
@@ -27,6 +28,8 @@ STYLES = {
 }
 SHOWN = (Kind.AGREES, Kind.CONVENTION, Kind.UNDECIDED, Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT)
 MOST_BUCKETS = 10
+DIGITS = 16
+"""Of the digest, enough to tell two runs apart; `run.json` has them all."""
 REFRESH, PLAIN_EVERY = 0.2, 10.0
 """Seconds between two updates of a live display, and between two plain lines."""
 
@@ -189,15 +192,23 @@ def print_summary(run: Run, console: Console) -> None:
     line("")
     console.print(verdict_table(run, console.width))
     line("")
-    for row in _top(run):
+    for row in (*_top(run), *_unsettled(run)):
         line(row)
 
 
+def _unsettled(run: Run) -> Iterator[str]:
+    """Entries of the ledger that ask for something to be done."""
+    for note in run.ledger:
+        if note.state in UNSETTLED:
+            name = f"{text.visible(note.engine)} · {text.visible(note.name)}"
+            yield f"{note.state.value}: {name}: {text.visible(note.why)}"
+
+
 def _top(run: Run) -> Iterator[str]:
-    """The worst buckets: one line of names, one of words."""
+    """The first buckets, what is new before the worst: one line of names, one of words."""
     for view in findings.bucket_views(run)[:MOST_BUCKETS]:
         yield f"{view.number:>3}. {view.title}"
-        yield f"     {view.severity}; {dict(view.facts)['seen']}; {'known' if view.known else 'new'}"
+        yield f"     {view.severity}; {dict(view.facts)['seen']}; {view.state}"
     more = len(run.buckets) - MOST_BUCKETS
     if more > 0:
         yield f"     … and {text.plural(more, 'more bucket')} in the report"

@@ -15,12 +15,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from oracles.impact_judge import broken_by
 from oracles.outcome import COMPARED, Kind
+from oracles.records import certificate_from_json, proven_interval
 from oracles.scene import Scene
-from refimpl.proof import check, from_json
-from refimpl.proof.claims import Bound
-from refimpl.proof.wire import impact_from_json
 from reports.summary import FORMAT
 from reports.tables import regimes_for
 
@@ -136,7 +133,8 @@ def _interval(bucket: dict[str, Any]) -> Iterator[str]:
         yield f"the proven interval is empty: {lower!r} > {upper!r}"
     elif bucket["certificate"] is not None:
         try:
-            low, high = _proven(bucket, Scene.from_json(bucket["proof_scene"] or bucket["scene"]))
+            scene = Scene.from_json(bucket["proof_scene"] or bucket["scene"])
+            low, high = proven_interval(certificate_from_json(bucket["certificate"], scene), scene, bucket["symptom"])
         except ValueError as error:
             yield f"the certificate is refused: {error}"
             return
@@ -144,14 +142,6 @@ def _interval(bucket: dict[str, Any]) -> Iterator[str]:
             yield f"the certificate proves only {float(low)!r} to {float(high)!r}"
     if bucket["certificate"] is None and bucket["kind"] == Kind.WRONG and math.isfinite(float(bucket["amount"])):
         yield "no certificate proves it wrong"
-
-
-def _proven(bucket: dict[str, Any], scene: Scene) -> tuple[Bound, Bound]:
-    """What the certificate proves: an interval of the signed distance, or how far velocities are from a law."""
-    if scene.motion is None:
-        return check(from_json(bucket["certificate"]), scene.a, scene.b)
-    amount = broken_by(impact_from_json(bucket["certificate"]), scene, bucket["symptom"])
-    return amount, amount
 
 
 def _script(folder: Path, name: str) -> Iterator[str]:

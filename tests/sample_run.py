@@ -8,9 +8,10 @@ from html.parser import HTMLParser
 
 import numpy as np
 
+from oracles.degeneracy import degeneracy
 from oracles.impact_judge import certificate_of
 from oracles.impact_laws import ANGULAR
-from oracles.outcome import Bucket, Finding, Kind, Run, Severity, SupportNote, Verdict
+from oracles.outcome import Bucket, EntryNote, Finding, Kind, Run, Severity, State, SupportNote, Verdict
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, Scene, cells
 from refimpl import Box, Capsule, Composite, ConvexPolyhedron, HalfSpace, Point, Polyhedron, Ray, Sphere
 from refimpl.proof import Certificate, certify, check
@@ -89,6 +90,7 @@ def sample_run() -> Run:
     )
     _support(run)
     run.buckets = _buckets()
+    run.ledger = LEDGER
     _counts(run)
     return run
 
@@ -143,7 +145,9 @@ def bucket(engine: str, scene: Scene, verdict: Verdict, regimes: dict[str, int],
         "regimes": Counter(regimes),
         "repro": SCRIPT,
     }
-    return Bucket(engine, scene.query, scene.cell.pair, verdict.symptom, decade, finding, **{**own, **more})
+    return Bucket(
+        engine, scene.query, scene.cell.pair, verdict.symptom, degeneracy(scene), decade, finding, **{**own, **more}
+    )
 
 
 def proven(scene: Scene) -> tuple[float, float, Certificate]:
@@ -180,7 +184,6 @@ def _buckets() -> list[Bucket]:
     said = {"distance": 0.21235, "on_a": [1.0, 0.0, 2.0], "on_b": [1.2, 0.0, 2.0]}
     true = {"distance": 0.2, "on_a": np.array([1.0, 0.0, 2.0]), "on_b": np.array([1.2000000000000002, 0.0, 2.0])}
     tipped = {"velocity_b": [0.5, 0.0, 0.25], "angular_b": [0.0, 0.5, 0.0]}
-    known = "FCL's tolerance of 1e-6 is relative to the coordinates, and cannot be set through python-fcl."
     return [
         bucket(
             "fcl",
@@ -249,7 +252,9 @@ def _buckets() -> list[Bucket]:
             {"far_away": 700},
             answer={"distance": 0.09999},
             reference={"distance": 0.1},
-            known=known,
+            entry="tolerance",
+            state=State.EXPECTED,
+            cause=TOLERANCE,
         ),
         bucket(
             "bullet",
@@ -278,6 +283,25 @@ def _buckets() -> list[Bucket]:
         ),
     ]
 
+
+TOLERANCE = "FCL's tolerance of 1e-6 is relative to the coordinates, and cannot be set through python-fcl."
+
+LEDGER = [
+    EntryNote(
+        "fcl",
+        "tolerance",
+        TOLERANCE,
+        State.EXPECTED,
+        "",
+        700,
+        2,
+        ("0123456789ab", "ba9876543210"),
+        ("https://example.org/1",),
+    ),
+    EntryNote("fcl", "mended", "A sign.", State.STALE, "1 witness passes now", 0, 1, ()),
+    EntryNote("bullet", "another", "A clamp.", State.CHANGED, "1 witness fails otherwise", 0, 2, ("00112233aabb",)),
+    EntryNote("bullet", "elsewhere", "A case.", State.UNMATCHED, "it is about versions <3, not 3.2.7", 0, 0, ()),
+]
 
 LEAST = 0.3
 """Least change of the velocities of the tipped box that keeps its angular momentum: 3/2 · 1/2 over 3/2 / 3/2 + 3/2."""

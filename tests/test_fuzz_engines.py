@@ -14,7 +14,7 @@ from hypothesis import Phase, given, note, settings, target
 from oracles.engine import Engine
 from oracles.engines import load_engine
 from oracles.judge import Judge
-from oracles.known import KnownFaults
+from oracles.ledger import Ledger
 from oracles.outcome import FINDINGS, Kind
 from oracles.reference import is_quick
 from oracles.scene import IMPACT, Cell, Scene, cells
@@ -26,7 +26,7 @@ from tests.conftest import name_of
 
 ENGINES: dict[str, Engine] = {name: load_engine(name) for name in ("fcl", "bullet")}
 JUDGES = {name: Judge(engine) for name, engine in ENGINES.items()}
-KNOWN = KnownFaults.shipped()
+KNOWN = Ledger.load()
 AT_REST = [c for c in cells() if c.query != IMPACT]
 """Impacts have scenes of their own: see test_impact_engines."""
 SUPPORTED = [(name, c) for name, e in ENGINES.items() for c in AT_REST if e.support(c.query, c.type_a, c.type_b)]
@@ -83,7 +83,7 @@ def answered(name: str, scene: Scene, workers: dict[str, EngineWorker]) -> tuple
         assert kind is not Kind.REFERENCE_WRONG, f"{verdict.claim}\n{scene.to_json()}"
         if kind in FINDINGS:
             note(f"{name} {scene!r}")
-            assert KNOWN.reason(name, scene, verdict), f"{verdict.claim}\n{scene.to_json()}"
+            assert KNOWN.match(name, scene, verdict), f"{verdict.claim}\n{scene.to_json()}"
     return kind, pressure
 
 

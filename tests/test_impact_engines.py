@@ -22,7 +22,7 @@ from oracles.impact_judge import ANOTHER_FRICTION, after_of
 from oracles.impact_laws import ANGULAR, ENERGY, laws
 from oracles.impact_stages import TARGETS
 from oracles.judges import Judges
-from oracles.known import KnownFaults
+from oracles.ledger import Ledger
 from oracles.outcome import FINDINGS, Kind
 from oracles.scene import IMPACT, QUERIES, Cell, Scene, cells
 from oracles.strategies import scenes
@@ -35,7 +35,7 @@ from tests.sample_impact import FLAT
 
 NAMES = ("bullet", "pybullet-defaults")
 ENGINES: dict[str, Engine] = {name: load_engine(name) for name in NAMES}
-KNOWN = KnownFaults.shipped()
+KNOWN = Ledger.load()
 FLAT_ONES = ("head_on", "oblique", "edge_or_corner", "round_numbers", "grazing", "slow")
 
 
@@ -73,7 +73,9 @@ def test_bullet_bounces_what_lands_flat_at_one_corner(workers: dict[str, EngineW
     assert np.abs(answers.angular_b[0]).max() > 0.1
     found = Judges(ENGINES["bullet"]).convict(FLAT, answers)
     assert (found.kind, found.symptom) == (Kind.WRONG, ANGULAR)
-    assert "one of its corners" in (KNOWN.reason("bullet", FLAT, found) or "")
+    entry = KNOWN.match("bullet", FLAT, found)
+    assert entry is not None
+    assert "one of its corners" in entry.cause
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -93,7 +95,7 @@ def test_fuzzed_impacts_are_right_or_known(name: str, pair: Any, workers: dict[s
             verdict = judges.convict(scene, answers)
             kind = verdict.kind
             note(f"{name} {scene.to_json()}")
-            assert kind not in FINDINGS or KNOWN.reason(name, scene, verdict), verdict.claim
+            assert kind not in FINDINGS or KNOWN.match(name, scene, verdict), verdict.claim
         kinds[kind] += 1
 
     fuzz()

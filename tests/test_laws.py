@@ -14,13 +14,13 @@ import pytest
 from hypothesis import assume
 from hypothesis import strategies as st
 
+from oracles.growth import grown
 from oracles.regimes import REGIMES
 from refimpl import collide, compiling, distance, intersect
 from refimpl.pairs import TABLE
 from refimpl.proof import certify, check
 from refimpl.shapes import AABB, Composite, HalfSpace, Point, Polyhedron, Proxy, Ray, ShapeError, Sphere
 from tests.conftest import scenes_of
-from tests.growth import grown
 from tests.laws import PLACES, QUATERNIONS, SMALL, UNIONS, Span, drawn, law, promise, shift, size_of, span
 
 PAIRS = [pair for pair in TABLE if pair[0] is not Ray]

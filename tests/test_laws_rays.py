@@ -14,10 +14,10 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from oracles.claims import past
+from oracles.growth import grown
 from refimpl import bounds, intersect, raycast
 from refimpl.pairs import TABLE
 from refimpl.shapes import AABB, Capsule, HalfSpace, Point, Polyhedron, Proxy, Ray, ShapeError
-from tests.growth import grown
 from tests.laws import PLACES, QUATERNIONS, SMALL, UNIONS, drawn, law, shift, size_of, span
 
 PAIRS = [pair for pair in TABLE if pair[0] is Ray]

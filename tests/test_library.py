@@ -225,10 +225,10 @@ def test_a_run_uses_the_folder_and_its_report_says_so(
     (tmp_path / "models" / "<img src=x>\x1b.obj").write_text("")
     used = []
 
-    def run_campaign(*_: object, models: Library, **__: object) -> Run:
-        used.append(models)
+    def run_campaign(*_: object, models: str, **__: object) -> Run:
+        used.append(of_user(Path(models)))
         run = sample_run()
-        run.models = models.account()
+        run.models = used[0].account()
         return run
 
     monkeypatch.setattr("oracles.campaign.run_campaign", run_campaign)

@@ -12,10 +12,14 @@ from hypothesis import strategies as st
 
 import refimpl
 from oracles import solids
-from oracles.batch import Batch
+from oracles.batch import COMBINATIONS_EACH, Batch
 from oracles.bodies import KITS, random_body, round_body
 from oracles.draws import NumpyDraws
-from oracles.regimes import REGIMES, reasons
+from oracles.engines import load_engine
+from oracles.frames import FRAMES
+from oracles.impact_regimes import IMPACT_REGIMES, impact_regimes_for, regimes_of
+from oracles.placements import PLACEMENTS
+from oracles.regimes import BUILDS, COMBINATIONS, COMBINED, REGIMES, combination_name, reasons, regimes_for
 from oracles.scene import TYPES, Cell, Scene, cells
 from oracles.strategies import scenes
 from refimpl import (
@@ -35,10 +39,10 @@ from refimpl import (
 )
 from refimpl.meshes import require_solid
 from refimpl.pairs import TABLE
-from tests.conftest import name_of, scenes_of
+from tests.conftest import effort, name_of, scenes_of
 
 ASKED = """generic aligned touching nearly_touching deep concentric parallel_edges face_on_face sliver huge tiny
-size_ratio far_away"""
+size_ratio far_away turned single_precision combined models"""
 
 
 def test_every_regime_that_was_asked_for_exists_and_says_why():
@@ -46,25 +50,37 @@ def test_every_regime_that_was_asked_for_exists_and_says_why():
     assert all(len(why) > 30 for why in reasons().values())
 
 
+ENGINES = [load_engine(name) for name in ("fcl", "bullet", "pybullet-defaults")]
+WITH_THRESHOLDS = regimes_for(ENGINES)
+
+
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)
 def test_a_shard_is_a_pure_function_of_seed_and_number(pair):
     this, again, other, later = (named(pair, seed, number) for seed, number in ((5, 1), (5, 1), (6, 1), (5, 2)))
     assert this == again
-    assert this.keys() == other.keys() == later.keys() == {(name, i) for name in REGIMES for i in range(2)}
+    often = 1 if pair[0].header or pair[1].header else COMBINATIONS_EACH
+    wanted = {(name, i) for name in WITH_THRESHOLDS for i in range(2 * often if name == COMBINED else 2)}
+    assert this.keys() == other.keys() == later.keys() == wanted
     assert all(this[key] != other[key] for key in this if key[0] == "generic")
     assert all(this[key] != later[key] for key in this if key[0] == "generic")
+    without = named(pair, 5, 1, REGIMES)
+    assert without == {key: bits for key, bits in this.items() if key[0] in REGIMES}
 
 
-def named(pair, seed, number):
+def named(pair, seed, number, regimes=WITH_THRESHOLDS):
     """Bits of every scene of a shard, by regime and number within it."""
     found = {}
-    for batch in Batch.draw(pair, seed, (3, number), 2):
+    for batch in Batch.draw(pair, seed, (3, number), 2, regimes):
         assert len(batch) == len(batch.a) == len(batch.b) == len(batch.regimes)
         for i, (a, b) in enumerate(zip(*batch.rows, strict=True)):
             scene = batch.scene("distance", i)
             assert np.array_equal(scene.a.pack(), a)
             assert np.array_equal(scene.b.pack(), b)
-            found[batch.regimes[i], int(batch.numbers[i]) % 2] = (a.tobytes(), b.tobytes())
+            assert np.isfinite(a).all()
+            assert np.isfinite(b).all()
+            assert (": " in scene.source) == (batch.regimes[i] == COMBINED)
+            first = batch.numbers[np.array(batch.regimes) == batch.regimes[i]].min()
+            found[batch.regimes[i], int(batch.numbers[i] - first)] = (a.tobytes(), b.tobytes())
     return found
 
 
@@ -121,6 +137,109 @@ def test_scales_and_places():
     assert np.mean(thin > 100) > 0.5
 
 
+def test_where_single_precision_ends_scenes_are_far_for_their_size():
+    _, a, b = sigma_over_size((Box, Box), "single_precision")
+    away = np.maximum(np.abs(a.center), np.abs(b.center)).max(axis=-1)
+    size = np.maximum(a.half_extents, b.half_extents).max(axis=-1)
+    far = away[away > 100 * size] / size[away > 100 * size]
+    assert np.mean(away > 100 * size) > 0.9
+    assert np.all((far > 2.0**17) & (far < 2.0**27))
+
+
+def test_turned_stacks_are_stacked_still():
+    ratio, a, _ = sigma_over_size((Box, Box), "turned")
+    assert np.mean(np.abs(ratio) < 1e-2) > 0.5
+    axes = np.sort(np.abs(a.rotation / np.linalg.norm(a.rotation, axis=-1, keepdims=True)), axis=-1)
+    assert np.mean(axes[:, 0] > 1e-2) > 0.5
+
+
+# -- combinations ----------------------------------------------------------------------------------------------
+
+
+def test_every_build_is_combined_with_every_placement_and_frame():
+    assert len(COMBINATIONS) == len(BUILDS) * len(PLACEMENTS) * len(FRAMES) == 324
+    assert next(iter(COMBINATIONS)) == "generic"
+    assert {"touching · sliver · far away", "touching", "sliver", "nearly touching · huge"} <= set(COMBINATIONS)
+
+
+def test_all_combinations_are_drawn_over_time():
+    drawn = set()
+    for number in range(1000):
+        for batch in Batch.draw((Sphere, Sphere), 1, (number, 3), 1, {COMBINED: REGIMES[COMBINED]}):
+            drawn |= {batch.scene("distance", i).source.partition(": ")[2] for i in range(len(batch))}
+    assert drawn == set(COMBINATIONS)
+
+
+@pytest.mark.parametrize("pair", TABLE, ids=name_of)
+def test_combinations_are_sound_for_every_pair(pair):
+    names = list(COMBINATIONS)
+    first = list(TABLE).index(pair)
+    for k in range(first, first + 5 * effort(), 5):
+        name = names[k * 37 % len(names)]
+        a, b = COMBINATIONS[name].draft(NumpyDraws(9, (k,), 3), *pair).settled()
+        assert (type(a), type(b)) == pair
+        assert np.isfinite(a.pack()).all(), name
+        assert np.isfinite(b.pack()).all(), name
+        asked = refimpl.raycast(a, b).hit if isinstance(a, Ray) else refimpl.distance(a, b).distance
+        assert len(asked) == 3
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.parametrize("build", BUILDS)
+def test_combinations_do_what_each_of_their_parts_says(build, frame):
+    def made(placement):
+        name = combination_name(build, placement, frame)
+        return COMBINATIONS[name].draft(NumpyDraws(4, (1,), 200), Capsule, Box).settled()
+
+    a, b = made("touching")
+    sigma = refimpl.distance(a, b).distance
+    assert np.all(np.abs(sigma) <= 1e-13 * np.maximum(a.magnitude, b.magnitude))
+    a, b = made("deep" if build != "size_ratio" else "concentric")
+    assert np.mean(refimpl.distance(a, b).distance <= 0) > 0.4
+    a, b = made("free")
+    thin = b.half_extents.max(axis=-1) > 100 * b.half_extents.min(axis=-1)
+    assert (np.mean(thin) > 0.5) == (build in ("sliver", "degenerate"))
+    sizes = np.stack([np.maximum(a.radius, np.linalg.norm(a.q - a.p, axis=-1) / 2), b.half_extents.max(axis=-1)])
+    large, small = sizes.max(axis=0), sizes.min(axis=0)
+    assert (np.mean(large > 100 * small) > 0.9) == (build == "size_ratio")
+    size = small if build == "size_ratio" else large
+    assert (np.median(size) > 100) == (frame == "huge")
+    assert (np.median(size) < 1e-2) == (frame == "tiny")
+    away = np.abs(b.center).max(axis=-1)[size > 0] / size[size > 0]
+    assert (np.median(away) > 500) == (frame in ("far_away", "single_precision"))
+    assert frame != "single_precision" or np.median(away) > 2.0**17
+
+
+# -- thresholds of engines -------------------------------------------------------------------------------------
+
+
+def test_engines_that_declare_thresholds_have_regimes_about_them():
+    assert set(WITH_THRESHOLDS) - set(REGIMES) == {"thresholds_of_fcl", "thresholds_of_bullet"}
+    assert "margin 0.001" in reasons(WITH_THRESHOLDS)["thresholds_of_bullet"]
+    assert set(regimes_of("impact", ENGINES)) - set(IMPACT_REGIMES) == {"speeds_of_pybullet-defaults"}
+    assert regimes_of("distance", ENGINES) == list(WITH_THRESHOLDS)
+    assert regimes_of("distance") == list(REGIMES)
+
+
+@pytest.mark.parametrize(("name", "lengths"), [("thresholds_of_fcl", [1e-6]), ("thresholds_of_bullet", [1e-3, 0.02])])
+def test_gaps_overlaps_and_sizes_lie_about_the_thresholds(name, lengths):
+    a, b = WITH_THRESHOLDS[name](NumpyDraws(4, (1,), 1000), Box, Box)
+    sigma = refimpl.distance(a, b).distance
+    sizes = np.concatenate([a.half_extents.min(axis=-1), b.half_extents.min(axis=-1)])
+    for length in lengths:
+        for factor in (0.1, 0.99, 1.0, 1.01, 10.0):
+            for values in (sigma, -sigma, sizes):
+                assert np.isclose(values, factor * length, rtol=1e-7, atol=0.0).any(), (length, factor)
+
+
+def test_speeds_lie_about_the_thresholds():
+    make = impact_regimes_for(ENGINES)["speeds_of_pybullet-defaults"]
+    _, _, motion = make(NumpyDraws(4, (1,), 500), Sphere, Box)
+    closing = np.abs(motion.closing) / np.linalg.norm(motion.normal, axis=-1)
+    for factor in (0.1, 0.99, 1.0, 1.01, 10.0):
+        assert np.isclose(closing, 0.2 * factor, rtol=1e-9, atol=0.0).any()
+
+
 def test_face_on_face_faces():
     ratio, a, b = sigma_over_size((Box, Box), "face_on_face")
     assert np.all(np.abs(ratio) <= 1)
@@ -144,11 +263,11 @@ def test_rays_hit_and_miss(solid):
     assert 0.05 < np.mean(hits) < 0.95
 
 
-@pytest.mark.parametrize("regime", REGIMES)
+@pytest.mark.parametrize("regime", WITH_THRESHOLDS)
 @given(data=st.data(), number=st.integers(0, len(TABLE) - 1))
 def test_hypothesis_draws_every_regime(regime, data, number):
     pair = list(TABLE)[number]
-    scene = data.draw(scenes(Cell("distance", *pair), [regime]))
+    scene = data.draw(scenes(Cell("distance", *pair), [regime], ENGINES))
     assert (type(scene.a), type(scene.b)) == pair
     assert scene.a.batch_shape == scene.b.batch_shape == ()
     again = Scene.from_json(scene.to_json())

@@ -16,7 +16,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 
-from oracles.outcome import Bucket, Kind, Run, Severity, SupportNote, Verdict
+from oracles.outcome import Bucket, EntryNote, Kind, Run, Severity, State, SupportNote, Verdict
 from oracles.scene import DISTANCE, Scene
 from reports import findings, folder, html, markdown, summary, text
 from tests.sample_run import BALL, ROD, Page, bucket, sample_run
@@ -43,6 +43,7 @@ def hostile_run(words: str, *, error: str = "") -> Run:
         (words, DISTANCE, pair): SupportNote("emulated", words),
         (words, words, words): SupportNote("unsupported", words),
     }
+    run.ledger = [EntryNote(words, words, words, state, words, 1, 1, (words,), (words,), words) for state in State]
     run.problems, run.timing, run.started = [words, "-", "1. x"], {words: 1.0}, words
     scene = Scene(DISTANCE, BALL, ROD, words, words)
     said = {words: words, "normal": [words, {words: 1.5}], "distance": math.nan}
@@ -54,10 +55,12 @@ def hostile_run(words: str, *, error: str = "") -> Run:
         answer=said,
         reference=said,
         text=error or words,
-        known=words,
+        entry=words,
+        state=State.EXPECTED,
+        cause=words,
         repro=f"print({words!r})\n",
     )
-    run.buckets = [strange, dataclasses.replace(strange, known=None)]
+    run.buckets = [strange, dataclasses.replace(strange, entry=None, state=State.NEW)]
     return run
 
 
@@ -192,6 +195,6 @@ def test_fence_is_longer_than_any_within() -> None:
 )
 def test_script_names_stay_in_their_folder(names: tuple[str, str, str]) -> None:
     its = sample_run().buckets[0]
-    strange = Bucket(*names, "..", None, its.witness)
+    strange = Bucket(*names, "..", "..", None, its.witness)
     assert folder.OWN_SCRIPT.fullmatch(findings.repro_file(7, strange))
     assert len(findings.repro_file(7, strange)) < 100

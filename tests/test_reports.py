@@ -160,7 +160,7 @@ def test_headline_names_what_each_engine_did(run: Run) -> None:
     said = findings.headline(run).replace(text.THIN, "")
     assert re.search(r"fcl is wrong in 1071 of \d+ scenes and did not return on 2 scenes", said)
     assert re.search(r"bullet is wrong in 1250 of \d+ scenes and crashed on 4 scenes", said)
-    assert said.endswith("10 buckets, 9 new.")
+    assert said.endswith("10 buckets (9 new, 1 changed, 1 stale, 1 expected).")
 
 
 def test_headline_of_a_wrong_reference_says_nothing_else() -> None:
@@ -303,7 +303,8 @@ def test_every_bucket_is_told_in_full(run: Run, page: Page, notes: str, form: st
             view.story,
             view.severity,
             view.file,
-            view.known,
+            view.state,
+            text.visible(its.cause),
             *(proxy for _, proxy in view.scene),
         ):
             assert words in said

@@ -37,7 +37,7 @@ COLUMNS_OF[CONTACTS] = COLUMNS_OF[DISTANCE] | {"hit"}
 
 def spec(engine: type[Engine]) -> str:
     """Name of one of these engines for `load_engine` and `EngineWorker`."""
-    return f"{__name__}:{engine.__name__}"
+    return f"{engine.__module__}:{engine.__name__}"
 
 
 class Honest(Engine):
@@ -204,6 +204,14 @@ class Sleeping(Honest):
         return super().spoil(answer, row_a)
 
 
+class Slow(Honest):
+    """Takes ten seconds for any answer, and no processor time."""
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        time.sleep(10.0)
+        return super().spoil(answer, row_a)
+
+
 class Raising(Honest):
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
         if row_a[0] > 0:
@@ -230,6 +238,17 @@ class Counting(Honest):
         return lambda a, b: answer_row(distance=len(a), on_a=b[:3], on_b=b[:3], normal=b[:3])
 
 
+class Remembering(Honest):
+    """Answers how many scenes it was asked before."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        self.asked += 1
+        return super().spoil(answer | {"distance": self.asked - 1.0}, row_a)
+
+
 class Noisy(Honest):
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
         os.write(1, b"a line that nobody wants to read\n" * 3000)
@@ -245,6 +264,29 @@ class RaisingSolver(Honest):
 class CrashingSolver(Honest):
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
         os.abort()
+
+
+class Switched(Honest):
+    """Right, or wrong in the way that the environment names, as is its version."""
+
+    name: ClassVar[str] = "switched"
+
+    def versions(self) -> dict[str, str]:
+        return {"switched": os.environ.get("SWITCHED_VERSION", "1.0")}
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        """Add to distances, or flip normals; on one side only, where the environment names one."""
+        fault, _, side = os.environ.get("SWITCHED_FAULT", "").partition("@")
+        if (side == "left" and row_a[0] > 0) or (side == "right" and row_a[0] <= 0):
+            fault = ""
+        if fault == "flipped" and "normal" in answer:
+            answer["normal"] = [-u for u in answer["normal"]]
+        elif fault == "lost":
+            if row_a[0] > 0:
+                os.abort()
+        elif fault and "distance" in answer:
+            answer["distance"] += float(fault) if math.isfinite(answer["distance"]) else 0.0
+        return answer_row(**answer)
 
 
 # -- engines that do not even start --------------------------------------------------------------------------

@@ -9,10 +9,8 @@ from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType, ModuleType
-from typing import Any
 
-from oracles.engine import COLUMNS, Engine, EngineUnavailable, Support, Tolerance
-from oracles.scene import Cell, cells
+from oracles.engine import Engine, EngineUnavailable
 
 SHIPPED: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -61,39 +59,6 @@ PACKAGES: Mapping[str, str] = MappingProxyType(
 """Name to the package that the index knows."""
 EXTRAS: Mapping[str, str] = MappingProxyType({"fcl": "fcl", "bullet": "bullet", "pybullet-defaults": "bullet"})
 """Name to the extra of this project that installs it."""
-
-
-def require_sound(engine: Engine) -> None:
-    """Check what an adapter says of itself, before a campaign trusts it.
-
-    Raises
-    ------
-    EngineUnavailable
-        Names the method and what is wrong with its answer.
-    """
-    if not (isinstance(engine.name, str) and engine.name.strip()):
-        raise EngineUnavailable(f"{type(engine).__name__}.name must be a text, got {engine.name!r}")
-    for cell in cells():
-        if not _given(engine, "support", Support, cell):
-            continue
-        _given(engine, "tolerance", Tolerance, cell)
-        _given(engine, "conventions", Mapping, cell)
-        unknown = _given(engine, "says", frozenset, cell) - set(COLUMNS)
-        if unknown:
-            text = f"{type(engine).__name__}.says names no columns of an answer: {', '.join(map(str, unknown))}"
-            raise EngineUnavailable(f"{text}; there are {', '.join(COLUMNS)}")
-
-
-def _given(engine: Engine, method: str, kind: Any, cell: Cell) -> Any:
-    """What the method says of a cell; refused when it raises or says something of another kind."""
-    where = f"{type(engine).__name__}.{method}, asked about {cell.query} {cell.pair},"
-    try:
-        value = getattr(engine, method)(cell.query, cell.type_a, cell.type_b)
-    except Exception as error:
-        raise EngineUnavailable(f"{where} raised {type(error).__name__}: {error}") from error
-    if not isinstance(value, kind):
-        raise EngineUnavailable(f"{where} must give a {kind.__name__}, got {value!r}")
-    return value
 
 
 def _missing(name: str) -> str | None:

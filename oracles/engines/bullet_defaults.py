@@ -47,6 +47,10 @@ class BulletDefaults(Engine):
 
     name: ClassVar[str] = "pybullet-defaults"
     velocity_limit: ClassVar[float] = 100.0
+    speed_thresholds: ClassVar[Mapping[str, float]] = {
+        "restitutionVelocityThreshold": 0.2,
+        "limit of velocities": velocity_limit,
+    }
 
     def __init__(self) -> None:
         self._world: impacts.ImpactWorld | None = None

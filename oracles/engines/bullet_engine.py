@@ -41,6 +41,7 @@ from oracles.engines import geometry
 from oracles.engines.bullet_scripts import script
 from oracles.engines.bullet_shapes import MARGIN, NO_ELLIPSOID, on_grid, place
 from oracles.engines.bullet_world import World, import_bullet
+from oracles.keeping import kept_by_rows
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
 from refimpl.shapes import (
     AABB,
@@ -93,6 +94,11 @@ class BulletEngine(Engine):
     """Bullet: closest points, contacts after collision detection, overlap, ray tests, impacts."""
 
     name: ClassVar[str] = "bullet"
+    thresholds: ClassVar[Mapping[str, float]] = {
+        "margin": MARGIN,
+        "contact breaking threshold": 0.02,
+        "where GJK and EPA stop": 1e-12,
+    }
 
     def __init__(self) -> None:
         self._world: World | None = None
@@ -202,9 +208,9 @@ def _effective(kind: Kind, rows: Array, sharp: bool, bare: bool) -> Effective:
     if kind is Cylinder:
         return Effective(kind, _shrunk_cylinders(rows), grown)
     if kind in (KDOP, ConvexPolyhedron):
-        return Effective(ConvexPolyhedron, _hulls(kind, rows), grown)
+        return Effective.of(_hulls(rows, kind), grown)
     if kind is Polyhedron:
-        return Effective(Composite, geometry.surface(rows).pack(), 0.0 * grown if bare else grown)
+        return Effective.of(geometry.surface(rows), 0.0 * grown if bare else grown)
     return Effective.exactly(kind, rows)
 
 
@@ -225,14 +231,17 @@ def _shrunk_cylinders(rows: Array) -> Array:
     p, q, radius = rows[:, :3], rows[:, 3:6], rows[:, 6]
     length = np.maximum(np.linalg.norm(q - p, axis=1), np.finfo(float).tiny)
     step = (q - p) * np.minimum(MARGIN / length, (1 - LEAST) / 2)[:, None]
+    meet = (p + step == q - step).all(axis=1)  # far away, almost nothing is nothing
+    step[meet] = (q - p)[meet] / 8
     return np.column_stack([p + step, q - step, np.maximum(radius - MARGIN, LEAST * radius)])
 
 
-def _hulls(kind: Kind, rows: Array) -> Array:
+@kept_by_rows
+def _hulls(rows: Array, kind: Kind) -> ConvexPolyhedron:
     """Hulls with their vertices on Bullet's grid; a row that has fewer than others repeats its last one."""
     framed = [geometry.polytope(kind, row) for row in rows.tolist()]
     found = [on_grid(geometry.vertices(one.key)) for one in framed]
     most = max(len(points) for points in found)
     padded = [points[np.minimum(np.arange(most), len(points) - 1)] for points in found]
     places, turns = ([getattr(one, name) for one in framed] for name in ("position", "rotation"))
-    return ConvexPolyhedron.from_vertices(padded, places, turns).pack()
+    return ConvexPolyhedron.from_vertices(padded, places, turns)

@@ -20,6 +20,8 @@ from collections.abc import Callable, Mapping
 from importlib import metadata
 from typing import Any, ClassVar
 
+import numpy as np
+
 from oracles.engine import (
     NATIVE,
     AnswerRow,
@@ -55,7 +57,8 @@ from refimpl.shapes import (
     Sphere,
 )
 
-MOST_CONTACTS = 20
+MOST_CONTACTS, MOST_OF_A_MESH = 20, 100_000
+"""Contacts that are asked for; of a mesh each triangle has its own, and the deepest is not the first."""
 OVERLAP = -float("inf")
 """What is said of an overlap whose depth the engine does not say."""
 
@@ -89,6 +92,7 @@ class FclEngine(Engine):
     """FCL: signed distance with nearest points, contacts of `collide`, overlap."""
 
     name: ClassVar[str] = "fcl"
+    thresholds: ClassVar[Mapping[str, float]] = {"tolerance of GJK and libccd": 1e-6}
 
     def versions(self) -> dict[str, str]:
         """Version of the binding, whose wheel contains the library."""
@@ -182,7 +186,7 @@ def _by_portal(A: Kind, B: Kind) -> bool:
 def _effective(kind: Kind, rows: Array) -> Effective:
     if kind is not Polyhedron:
         return Effective.exactly(kind, rows)
-    return Effective.exactly(Composite, geometry.surface(rows).pack())
+    return Effective.of(geometry.surface(rows), np.zeros(len(rows)))
 
 
 def _placed(query: str, kind: Kind, row: Row) -> list[Placed]:
@@ -226,11 +230,12 @@ def _distance(fcl: Any) -> Ask:
 
 
 def _contacts(fcl: Any) -> Ask:
-    request = fcl.CollisionRequest(num_max_contacts=MOST_CONTACTS, enable_contact=True)
+    several = (MOST_CONTACTS, MOST_OF_A_MESH)
+    requests = [fcl.CollisionRequest(num_max_contacts=most, enable_contact=True) for most in several]
 
-    def ask(a: Any, b: Any, _: bool) -> AnswerRow:
+    def ask(a: Any, b: Any, with_mesh: bool) -> AnswerRow:
         result = fcl.CollisionResult()
-        fcl.collide(a, b, request, result)
+        fcl.collide(a, b, requests[with_mesh], result)
         if not result.contacts:
             return answer_row(hit=float(result.is_collision))
         deepest = max(result.contacts, key=lambda contact: contact.penetration_depth)
@@ -301,7 +306,7 @@ print("on_a =", result.nearest_points[0].tolist())
 print("on_b =", result.nearest_points[1].tolist())
 """,
     CONTACTS: f"""
-request = fcl.CollisionRequest(num_max_contacts={MOST_CONTACTS}, enable_contact=True)
+request = fcl.CollisionRequest(num_max_contacts={MOST_OF_A_MESH}, enable_contact=True)
 results = [(x, y, fcl.CollisionResult()) for x in a for y in b]
 for x, y, result in results:
     fcl.collide(x, y, request, result)

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from oracles.engine import Array, Kind, Row
+from oracles.keeping import kept_by_rows
 from refimpl.shapes import KDOP, Composite, ConvexPolyhedron
 
 T = TypeVar("T")
@@ -143,6 +144,7 @@ def mesh(key: Key) -> tuple[Array, np.ndarray[tuple[int, ...], np.dtype[np.int64
     return numbers[: 3 * m].reshape(m, 3), numbers[3 * m : 3 * (m + t)].reshape(t, 3).astype(np.int64)
 
 
+@kept_by_rows
 def surface(rows: Array) -> Composite:
     """One mesh in many poses as what engines take it for: the union of its triangles, which are flat hulls."""
     corners, triangles = mesh(solid(rows[0].tolist()).key)

@@ -68,6 +68,11 @@ def impact_to_json(certificate: ImpactCertificate) -> dict[str, Any]:
     return encoded
 
 
+def certificate_to_json(certificate: Certificate | ImpactCertificate) -> dict[str, Any]:
+    """Turn a certificate of either kind into what ``json.dumps`` takes."""
+    return impact_to_json(certificate) if isinstance(certificate, ImpactCertificate) else to_json(certificate)
+
+
 def impact_from_json(data: Any) -> ImpactCertificate:
     """Read what `impact_to_json` gave; raises InvalidCertificate for anything else."""
     found: ImpactCertificate = _read(data, ("impact certificate",))

@@ -1,0 +1,172 @@
+"""The bulk hunter: scenes of every regime of one pair before every engine, screened by floats and proven by samples."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from oracles.adapters import UnsoundAdapter
+from oracles.answers import add_to_digest, reference_for, take
+from oracles.batch import Batch, PairKey
+from oracles.bench import Bench, Workshop
+from oracles.clock import timed
+from oracles.engine import Answers
+from oracles.impact_regimes import impact_regimes_for
+from oracles.judges import audit_of, finding_of
+from oracles.outcome import FINDINGS, SUSPECT, Kind, Outcome
+from oracles.reference import is_quick
+from oracles.regimes import Regime, regimes_for
+from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, cells_of
+from oracles.screening import KINDS, Screening
+from oracles.sheets import Sheet
+from oracles.words import decade_of
+from refimpl.compiling import batch_of
+from refimpl.pairs import TABLE
+
+QUICK, SEARCHED = 8, 6
+"""Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
+fewer: drawing and judging cost by the batch rather than by the scene."""
+STEPPED = 3
+"""Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
+AUDITED = 4
+"""One regime in so many is audited in a task, in turn: a proof costs as much as a hundred answers."""
+GIVE_UP_AFTER = 1
+
+
+@dataclass
+class Proofs:
+    """Which suspects of a task are proven one by one: proofs cost milliseconds, of searches a hundred.
+
+    Of findings that look alike the first are: of each decade of the error, and of each regime where proofs are quick.
+    The rest is counted.
+    """
+
+    alike: int = 2
+    _tried: Counter[tuple[object, ...]] = field(default_factory=Counter)
+
+    def wanted(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
+        """Whether another finding of this kind is worth a proof; counts the answer yes."""
+        quick = is_quick(cell.type_a, cell.type_b) and cell.query != IMPACT
+        kinds = [(engine, cell, symptom, decade), *([(engine, cell, symptom, regime)] if quick else [])]
+        new = any(self._tried[kind] < self.alike for kind in kinds)
+        if new:
+            self._tried.update(kinds)
+        return new
+
+
+@dataclass
+class _Bulk:
+    shop: Workshop
+    pair: PairKey
+    number: int
+    each: int
+    outcome: Outcome = field(default_factory=Outcome)
+    proofs: Proofs = field(default_factory=Proofs)
+    digest: hashlib._Hash = field(default_factory=hashlib.sha256)
+
+    def go(self) -> Outcome:
+        with batch_of(self.many * len(self.regimes)):  # small groups of one form are parts of a large batch
+            for batch in self.drawn():
+                self.audit(batch)
+                for cell in cells_of(self.pair):
+                    if batch.is_of(cell.query):
+                        self.ask(cell, batch)
+        self.outcome.digest = self.digest.hexdigest()
+        return self.outcome
+
+    @property
+    def many(self) -> int:
+        """Scenes of each regime: more of pairs with a closed form, fewer where each costs a search."""
+        return self.each * QUICK if is_quick(*self.pair) else max(1, self.each // SEARCHED)
+
+    @cached_property
+    def regimes(self) -> dict[str, Regime]:
+        """All regimes, with those about the thresholds of the engines."""
+        return regimes_for(bench.engine for bench in self.shop.benches)
+
+    def drawn(self) -> list[Batch]:
+        """Scenes of the pair, fewer where each costs a search; those at rest also where the reference alone answers."""
+        asked = {cell.query for cell in cells_of(self.pair) if self.shop.asked(cell)}
+        shard = self.number, list(TABLE).index(self.pair)  # the same scenes whatever pairs are asked for
+        seed = self.shop.setup.seed
+        with timed("scenes"):
+            batches = Batch.draw(self.pair, seed, shard, self.many, self.regimes) if self.shop.at_rest else []
+            if IMPACT in asked:
+                impacts = impact_regimes_for(bench.engine for bench in self.shop.benches)
+                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, self.many // STEPPED), impacts)
+            return batches
+
+    def ask(self, cell: Cell, batch: Batch) -> None:
+        """Put a batch before every engine that supports the cell, one after the other."""
+        rows, asked = batch.rows, self.shop.asked(cell)
+        for bench in asked:
+            answers = bench.answer(cell, rows, batch.groups, GIVE_UP_AFTER)
+            self.outcome.hunters["bulk"] += len(answers)
+            add_to_digest(self.digest, bench.name, cell, answers)
+            try:
+                self.judge(bench, cell, batch, answers)
+            except UnsoundAdapter as unsound:  # one engine's adapter does not cost the others their answers
+                self.outcome.problems.append(f"{bench.name} cannot be judged: {unsound}")
+        for bench in self.shop.benches:
+            if bench not in asked:
+                for regime, number in Counter(batch.regimes).items():
+                    self.outcome.counts[bench.name, cell.query, cell.pair, regime, Kind.UNSUPPORTED] += number
+
+    def judge(self, bench: Bench, cell: Cell, batch: Batch, answers: Answers) -> None:
+        """Screen all answers, and weigh the suspects one by one."""
+        with timed("judge"):
+            screening = bench.judges.screen(cell, batch.a, batch.b, batch.motion, answers)
+        suspects, proven = screening.rows_of(SUSPECT), np.zeros(len(batch), dtype=bool)
+        sizes = batch.sizes if suspects.size else np.zeros(0)
+        for i in suspects.tolist():
+            found = len(self.outcome.findings)
+            screening.codes[i] = KINDS.index(self.weigh(bench, cell, batch, i, answers, screening, float(sizes[i])))
+            proven[i] = len(self.outcome.findings) > found
+        names = dict(zip(batch.groups.tolist(), batch.regimes, strict=True))
+        for (group, kind), number in screening.counts(batch.groups).items():
+            self.outcome.counts[bench.name, cell.query, cell.pair, names[group], kind] += number
+        with timed("store"):
+            sheet = Sheet.of_batch(bench.name, cell, batch, answers, screening, proven)
+            self.outcome.sheets.append(sheet)
+
+    def weigh(
+        self, bench: Bench, cell: Cell, batch: Batch, i: int, answers: Answers, screening: Screening, size: float
+    ) -> Kind:
+        """Prove a suspect answer, or count it to the proven ones that it is like."""
+        regime, kind = batch.regimes[i], KINDS[screening.codes[i]]
+        symptom, amount = screening.symptom[i], float(screening.amount[i])
+        decade = decade_of(amount, size)
+        if not self.proofs.wanted(bench.name, cell, symptom, decade, regime) and kind is Kind.WRONG:
+            if not screening.certain[i]:
+                return Kind.UNDECIDED
+            self.outcome.count((bench.name, cell.query, cell.pair, symptom, decade, regime), amount)
+            return Kind.WRONG
+        scene, alone = batch.scene(cell.query, i), take(answers, [i])
+        with timed("proofs"):
+            verdict = bench.judges.convict(scene, alone)
+        if verdict.kind in FINDINGS:
+            self.outcome.findings.append(finding_of(bench.name, scene, alone, verdict))
+        return verdict.kind
+
+    def audit(self, batch: Batch) -> None:
+        """Prove the reference's own answer on one scene of each regime whose turn it is."""
+        first = np.unique(batch.groups, return_index=True)[1]
+        turn = self.number + list(TABLE).index(self.pair)
+        first = first[batch.groups[first] % AUDITED == turn % AUDITED]
+        query = next(q for q in (RAYCAST, DISTANCE, IMPACT) if batch.is_of(q))
+        with timed("audit"):
+            for i in first:
+                scene = batch.scene(query, int(i))
+                verdict = audit_of(scene)
+                self.outcome.counts["refimpl", query, scene.cell.pair, scene.regime, verdict.kind] += 1
+                if verdict.kind is Kind.REFERENCE_WRONG:
+                    self.outcome.findings.append(finding_of("refimpl", scene, reference_for(scene), verdict))
+
+
+def bulk(shop: Workshop, pair: PairKey, number: int, each: int) -> Outcome:
+    """Question every engine about `each` scenes of every regime of a pair, or some times fewer of costly ones."""
+    return _Bulk(shop, pair, number, each).go()

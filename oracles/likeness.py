@@ -1,0 +1,105 @@
+"""Scenes on which an engine fails: which of them is the better witness, and which may show the same fault."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+from oracles.clumsiness import Clumsiness, clumsiness, numbers_in
+from oracles.degeneracy import FREE, features, length_of
+from oracles.outcome import Finding
+from oracles.scene import Scene
+from oracles.words import decade_of
+from refimpl import Ray
+from refimpl.linear import norm
+
+GROSS = -2
+"""Decade from which on it does not matter how large an error is, relative to the scene."""
+UP, DOWN = 2.01, 1.01
+"""By how many decades the error may grow and fall in a step."""
+
+
+def key_of(scene: Scene) -> bytes:
+    """Every bit of a scene's numbers; types and query are those of the cell."""
+    return b"|".join(row.tobytes() for row in scene.rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Failing:
+    """A scene on which an engine fails, and by how much."""
+
+    scene: Scene
+    amount: float
+
+    @cached_property
+    def key(self) -> bytes:
+        """The scene's numbers."""
+        return key_of(self.scene)
+
+    @cached_property
+    def size(self) -> float:
+        """The scene's size."""
+        return self.scene.size
+
+    @cached_property
+    def special(self) -> frozenset[str]:
+        """What is special about the scene."""
+        return features(self.scene)
+
+    @property
+    def strain(self) -> int:
+        """In how many ways it is special that simple scenes are not."""
+        return len(self.special - FREE)
+
+    @cached_property
+    def slightness(self) -> int:
+        """How many decades the error is below those that are gross; 0 also where it has no size."""
+        decade = decade_of(self.amount, self.size)
+        return 0 if decade is None else max(0, GROSS - decade)
+
+    @cached_property
+    def plainness(self) -> tuple[int, int, Clumsiness, float, list[float]]:
+        """What is better comes first, among scenes that are as special as each other."""
+        simple = clumsiness(self.scene)
+        return _distance_from_one(self.scene), self.slightness, simple, -self.amount, numbers_in(self.scene)
+
+    @property
+    def _has_amount(self) -> bool:
+        return 0 < self.amount < math.inf and 0 < self.size < math.inf
+
+    def is_like(self, other: Failing) -> bool:
+        """Whether the error grows and falls by no more than it may in a step, as a length or relative to the scene."""
+        if not (self._has_amount and other._has_amount):
+            return self._has_amount == other._has_amount
+        absolute = math.log10(other.amount) - math.log10(self.amount)
+        relative = absolute - math.log10(other.size) + math.log10(self.size)
+        return any(-DOWN <= jump <= UP for jump in (absolute, relative))
+
+    def best_of(self, others: Iterable[Failing]) -> Failing | None:
+        """The best scene that is better than this one, and may show the same fault; none if there is none."""
+        found: Failing | None = None
+        for other in sorted(filter(self.is_like, others), key=lambda one: one.plainness):
+            least = self if found is None else found
+            if found is not None and not found.strain:
+                break  # whatever follows is less plain
+            if not least.strain and other.plainness >= least.plainness:
+                break
+            rank, bound = (other.strain, other.plainness), (least.strain, least.plainness)
+            if rank < bound and other.special <= self.special | FREE:
+                found = other
+        return found
+
+
+def failing(finding: Finding) -> Failing:
+    """The finding's own scene."""
+    return Failing(finding.scene, finding.verdict.amount)
+
+
+def _distance_from_one(scene: Scene) -> int:
+    """How many decades the larger body and a ray's direction, of impacts the speed, are away from about 1."""
+    sizes = [scene.size if scene.motion is not None else length_of(scene)]
+    if isinstance(scene.a, Ray):
+        sizes.append(float(norm(scene.a.direction)))
+    return max(abs(round(math.log10(size))) if 0 < size < math.inf else 0 for size in sizes)

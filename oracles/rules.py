@@ -1,0 +1,69 @@
+"""What the answers of one engine are held to: its tolerances, its conventions, the shapes that it effectively uses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from oracles.adapters import effective_of
+from oracles.claims import Questioned
+from oracles.engine import Answers, Bound, Convention, Effective, Engine, Status
+from oracles.reference import error_of, kept_shape
+from oracles.scene import Cell
+from refimpl import Point, Proxy, distance
+from refimpl.linear import Array, Bools
+
+INSIDE_CONVENTIONS = {Convention.NO_HIT_FROM_INSIDE, Convention.TWO_SIDED_PLANE}
+
+
+@dataclass(frozen=True)
+class Rules:
+    """The rules for one engine, as its adapter declares them."""
+
+    engine: Engine
+
+    def conventions(self, cell: Cell) -> Mapping[Convention, str]:
+        """Departures from the contract by design."""
+        return self.engine.conventions(cell.query, cell.type_a, cell.type_b)
+
+    def allowed(self, cell: Cell, kind: str, size: Array) -> Array:
+        """Error that is allowed for claims of a kind, in scenes of some size."""
+        tolerance = self.engine.tolerance(cell.query, cell.type_a, cell.type_b)
+        bound: Bound = getattr(tolerance, kind)
+        return bound.at(size)
+
+    def questioned(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Questioned:
+        """Rows of a cell on the scene's own shapes."""
+        return self._questioned(cell, (a, b), (np.zeros(len(a)), np.zeros(len(a))), answers)
+
+    def effectively(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Questioned:
+        """The same on the shapes that the engine effectively uses: the very ones given, where these are the same."""
+        rows = a.pack(), b.pack()
+        used = effective_of(self.engine, cell, *rows)
+        shapes = tuple(_shape(one, given, row) for one, given, row in zip(used, (a, b), rows, strict=True))
+        return self._questioned(cell, (shapes[0], shapes[1]), (used[0].margin, used[1].margin), answers)
+
+    def _questioned(
+        self, cell: Cell, pair: tuple[Proxy, Proxy], margins: tuple[Array, Array], answers: Answers
+    ) -> Questioned:
+        waived = frozenset(self.conventions(cell))
+        return Questioned(cell.query, *pair, *margins, answers, answers.status == Status.ANSWERED, waived)
+
+    def excused_inside(self, cell: Cell, rows: Questioned) -> Bools:
+        """Rays that start inside, where the engine's convention differs: a miss, or a hit on the way out."""
+        if not INSIDE_CONVENTIONS & set(self.conventions(cell)):
+            return np.zeros(len(rows.a), dtype=bool)
+        allowed = self.allowed(cell, "value", rows.size)
+        inside = distance(Point(rows.a.pack()[:, :3]), rows.b).distance <= allowed
+        point = rows.hit_point()
+        surface = np.abs(distance(point, rows.b).distance) <= allowed + error_of(point, rows.b) * rows.size
+        return np.asarray(inside & ((rows.answers.hit == 0) | surface))
+
+
+def _shape(used: Effective, given: Proxy, rows: Array) -> Proxy:
+    if used.made is not None:
+        return used.made
+    same = used.kind is type(given) and used.rows is rows and not used.margin.any()
+    return given if same else kept_shape(used.rows, used.kind)

@@ -1,0 +1,159 @@
+"""Tasks: the pieces of work of a campaign, each a pure function of its fields and of the setup.
+
+A task can be done in any process, in any order and again; that is what lets a campaign run anywhere, lose workers
+and go on where it ended. What a task finds is filed by the campaign alone (`oracles.campaign`).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from dataclasses import dataclass
+from hashlib import sha256
+from threading import Lock, Thread
+
+from oracles.adapters import UnsoundAdapter
+from oracles.batch import PairKey
+from oracles.bench import Setup, Workshop, close_workshop, workshop
+from oracles.bulk import bulk
+from oracles.clock import timed, watch
+from oracles.hunt import hunting
+from oracles.ledger.replay import Replayed, replay
+from oracles.ledger.witness import Witness
+from oracles.library import using
+from oracles.outcome import Finding, Outcome
+from oracles.scene import Cell
+from oracles.shrink import shrink_all
+
+
+class Task(ABC):
+    """A piece of work; equal tasks have equal outcomes, but for the time they take."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Unique within a campaign, in letters that a file's name can have."""
+
+    @abstractmethod
+    def do(self, shop: Workshop) -> Outcome:
+        """Do it."""
+
+
+@dataclass(frozen=True)
+class BulkTask(Task):
+    """Scenes of every regime of one pair, before every engine that answers it; with an audit of the reference."""
+
+    pair: PairKey
+    number: int
+    each: int
+
+    @property
+    def name(self) -> str:
+        """Pass and pair."""
+        return f"bulk-{self.number}-{self.pair[0].__name__}-{self.pair[1].__name__}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Draw, ask, judge and prove."""
+        return bulk(shop, self.pair, self.number, self.each)
+
+
+@dataclass(frozen=True)
+class HuntTask(Task):
+    """An attack of Hypothesis on one cell of one engine."""
+
+    engine: str
+    cell: Cell
+    number: int
+
+    @property
+    def name(self) -> str:
+        """Round, engine and cell."""
+        pair = self.cell.pair.replace("–", "-")
+        return f"hunt-{self.number}-{self.engine}-{self.cell.query}-{pair}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Search, shrink and prove."""
+        return hunting(shop.bench(self.engine), self.cell, seed=shop.setup.seed + self.number)
+
+
+@dataclass(frozen=True)
+class ShrinkTask(Task):
+    """Findings of one engine, cell and symptom, each to be shrunk to the simplest scene with the same fault."""
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def name(self) -> str:
+        """Engine, cell, and the scenes."""
+        first = self.findings[0]
+        every = "".join(f"{finding.verdict.symptom} {finding.scene.id}" for finding in self.findings)
+        pair = first.scene.cell.pair.replace("–", "-")
+        return f"shrink-{first.engine}-{first.scene.query}-{pair}-{sha256(every.encode()).hexdigest()[:12]}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Shrink; the outcome's findings are those of the task, in their order."""
+        with timed("shrinking"):
+            return Outcome(findings=shrink_all(self.findings, shop.bench(self.findings[0].engine)))
+
+
+@dataclass(frozen=True)
+class ReplayTask(Task):
+    """A witness of the ledger, asked again."""
+
+    witness: Witness
+
+    @property
+    def name(self) -> str:
+        """Engine and witness."""
+        return f"replay-{self.witness.engine}-{self.witness.id}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Ask and judge anew; the digest is of the verdict, for it is not known what the engine says."""
+        bench, scene = shop.bench(self.witness.engine), self.witness.scene
+        outcome = Outcome(hunters=Counter({"replay": 1}))
+        with timed("replay"):
+            found = replay(self.witness, bench.ask, bench.judges)
+        outcome.counts[bench.name, scene.query, scene.cell.pair, scene.regime, found.kind] += 1
+        if found.finding is not None:
+            outcome.findings.append(found.finding)
+        outcome.digest = sha256(f"{found.kind} {found.finding and found.finding.answer}".encode()).hexdigest()
+        return outcome
+
+    def replayed(self, outcome: Outcome) -> Replayed | None:
+        """What the outcome says of the witness; None where there is none, because the task failed."""
+        kinds = [key[4] for key in outcome.counts]
+        return Replayed(self.witness, kinds[0], next(iter(outcome.findings), None)) if kinds else None
+
+
+_one_at_a_time = Lock()
+"""Where an executor's workers are threads: benches, caches and Hypothesis belong to one task at a time."""
+
+
+def perform(task: Task, setup: Setup) -> Outcome:
+    """Do a task in this process."""
+    with _one_at_a_time:
+        shop = workshop(setup)
+        with using(shop.library):
+            watch.taken()
+            before = set(shop.library.lacking)
+            for bench in shop.benches:
+                bench.renew()  # an engine with a memory answers the same whatever was done here before
+            try:
+                outcome = task.do(shop)
+            except UnsoundAdapter as unsound:
+                outcome = Outcome(problems=[f"not judged: {unsound}"])
+            for bench in shop.benches:
+                outcome.incidents += bench.incidents()
+            outcome.lacking = shop.library.lacking - before
+            outcome.timing = watch.taken()
+        return outcome
+
+
+def release() -> None:
+    """Have this process end its engines once its task is done, without waiting for that."""
+
+    def when_idle() -> None:
+        with _one_at_a_time:
+            close_workshop()
+
+    Thread(target=when_idle, daemon=True).start()

@@ -1,0 +1,48 @@
+"""The ledger on the command line: loading it before a run, and saying or writing what the run would change in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from reports import text
+from reports.options import BadInput
+
+if TYPE_CHECKING:
+    from oracles.ledger import Ledger
+    from oracles.outcome import Run
+
+
+def load(own: Sequence[Path], *, update: bool) -> Ledger:
+    """Ledger of the run: the user's files, of which the last is made when it is to be written, and the shipped ones."""
+    from oracles.ledger import Ledger, LedgerError  # noqa: PLC0415
+    from oracles.ledger.update import require_writable  # noqa: PLC0415
+
+    try:
+        found = Ledger.load(own, create=update)
+        if update:
+            require_writable(found)
+    except LedgerError as error:
+        raise BadInput(str(error)) from None
+    return found
+
+
+def settle(found: Run, ledger: Ledger, *, update: bool) -> bool:
+    """Print what would have to change in the ledger, and write it if asked to; whether all is as expected then."""
+    from oracles.interrupts import ignored  # noqa: PLC0415
+    from oracles.ledger import LedgerError  # noqa: PLC0415
+    from oracles.ledger.update import changes, described, write  # noqa: PLC0415
+
+    wanted = changes(found, ledger, fill=update)
+    if not wanted.files:
+        return True
+    try:
+        print(f"\nThe ledger is not what this run found.\n\n{described(wanted)}", end="")
+        if update:
+            with ignored():
+                write(wanted)
+            print(f"\nwritten: {', '.join(text.visible(path) for path in wanted.files)}, and witnesses beside")
+    except LedgerError as error:
+        raise BadInput(str(error)) from None
+    return update

@@ -1,0 +1,266 @@
+"""Bulk screening against an engine's bare loop: ``python -m tests.benchmarks.screening [--each=N] [pairs]``.
+
+For every pair the same scenes are answered twice: by the engines alone, whose solvers are called in a loop over rows
+that are ready, and as a campaign has them answered: drawn, sent to a worker, compared with the reference, judged and
+counted. Times are those of the processor, of all processes that take part, in microseconds for one scene and query;
+what is compiled once is so before. The last column is the rate of screening by that of the loop.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oracles.batch import Batch, PairKey
+from oracles.clock import watch
+from oracles.engine import Answers, Engine, Status
+from oracles.engines import load_engine
+from oracles.judges import Judges
+from oracles.regimes import regimes_for
+from oracles.scene import Cell, cells
+from oracles.worker import EngineWorker
+from refimpl.compiling import WORTH_COMPILING, batch_of
+from refimpl.pairs import TABLE
+
+ENGINES = ("fcl", "bullet")
+CALL_LIMIT = 0.1
+"""Seconds for a call: those that hang are in neither time."""
+LOOP_LIMIT = 60.0
+PIECE = 100
+LOST = (Status.CRASHED, Status.TIMED_OUT, Status.SKIPPED)
+PARTS = ("scenes", "engine", "reference", "judge", "count")
+
+
+@dataclass
+class Times:
+    """Seconds of the processor for some scenes and queries, by part of the screening, and of the bare loop."""
+
+    asked: int = 0
+    bare: float = 0.0
+    wall: float = 0.0
+    parts: Counter[str] = field(default_factory=Counter)
+
+    @contextmanager
+    def timed(self, part: str, worker: EngineWorker | None = None) -> Iterator[None]:
+        """Add the block's time to a part, and that of the worker's processes."""
+        began, wall = _processor(worker), time.perf_counter()
+        yield
+        self.parts[part] += _processor(worker) - began
+        self.wall += time.perf_counter() - wall
+
+    def add(self, other: Times) -> None:
+        """Add those of other scenes."""
+        self.asked, self.bare, self.wall = self.asked + other.asked, self.bare + other.bare, self.wall + other.wall
+        self.parts.update(other.parts)
+
+    @property
+    def screening(self) -> float:
+        """Seconds of all parts."""
+        return sum(self.parts.values())
+
+    def line(self, name: str) -> str:
+        """Row of the table."""
+        micro = 1e6 / max(self.asked, 1)
+        parts = "".join(f"{micro * self.parts[part]:9.1f}" for part in PARTS)
+        totals = f"{micro * self.bare:9.1f}{micro * self.screening:9.1f}{parts}"
+        rates = f"{self.asked / max(self.screening, 1e-9):9.0f}{self.asked / max(self.wall, 1e-9):9.0f}"
+        return f"{name:50}{self.asked:8}{totals}{rates}{self.bare / max(self.screening, 1e-9):7.2f}"
+
+
+HEADER = f"{'':50}{'asked':>8}" + "".join(
+    f"{word:>9}" for word in ("bare", "screened", *PARTS, "per s", "wall")
+) + "  ratio"  # fmt: skip
+
+
+def _processor(worker: EngineWorker | None) -> float:
+    """Processor time of this process, and of those that hold the engine."""
+    own = time.process_time()
+    return own if worker is None else own + _of_group(worker.process_id)
+
+
+def _of_group(process: int) -> float:
+    """Processor time of a process and all below it, of those that have ended too, as Linux counts it."""
+    try:
+        ended = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[13:15]
+        own = int(Path(f"/proc/{process}/schedstat").read_text(encoding="ascii").split()[0]) / 1e9
+    except (OSError, IndexError):
+        return 0.0  # it has ended just now: what it took is noise
+    gone = sum(map(int, ended)) / os.sysconf("SC_CLK_TCK")
+    return own + gone + sum(_of_group(child) for child in _children(process))
+
+
+def _children(process: int) -> list[int]:
+    try:
+        text = Path(f"/proc/{process}/task/{process}/children").read_text(encoding="ascii")
+    except OSError:
+        return []
+    return [int(word) for word in text.split()]
+
+
+@dataclass
+class Bench:
+    """Engines, their workers and judges."""
+
+    engines: dict[str, Engine]
+    workers: dict[str, EngineWorker]
+    judges: dict[str, Judges]
+
+    def measure(self, pair: PairKey, number: int, each: int) -> dict[tuple[str, str], Times]:
+        """Screen a shard of a pair, and have the same scenes answered in a bare loop: times by engine and query."""
+        regimes = regimes_for(self.engines.values())
+        drawing = Times()
+        Batch.draw(pair, 1, (number,), each, regimes)  # reads the models
+        with drawing.timed("scenes"):
+            batches = Batch.draw(pair, 1, (number,), each, regimes)
+        asked = [
+            (name, cell)
+            for cell in cells()
+            for name, engine in self.engines.items()
+            if (cell.type_a, cell.type_b) == pair and batches[0].is_of(cell.query) and engine.support(cell.query, *pair)
+        ]
+        found = {(name, cell.query): Times() for name, cell in asked}
+        answered: dict[tuple[str, str], list[NDArray[np.bool_]]] = {key: [] for key in found}
+        for batch in batches:
+            for name, cell in asked:
+                times = found[name, cell.query]
+                answers = self._screen(name, cell, batch, times)
+                there = ~np.isin(answers.status, LOST)
+                answered[name, cell.query].append(there)
+                times.asked += int(there.sum())
+        for name in self.engines:
+            mine = {key[1]: rows for key, rows in answered.items() if key[0] == name}
+            for query, seconds in _bare(name, pair, list(_pieces(batches, mine))).items():
+                found[name, query].bare += seconds
+        for times in found.values():
+            times.parts["scenes"] += drawing.parts["scenes"] / len(found)
+            times.wall += drawing.wall / len(found)
+        return found
+
+    def _screen(self, name: str, cell: Cell, batch: Batch, times: Times) -> Answers:
+        worker = self.workers[name]
+        hung = Times()
+        with hung.timed("engine", worker):
+            answers = worker.answer(
+                cell.query, cell.type_a, cell.type_b, *batch.rows, groups=batch.groups, give_up_after=1
+            )
+        waited = CALL_LIMIT * float(np.sum(answers.status == Status.TIMED_OUT))
+        hung.parts["engine"] -= waited
+        hung.wall -= waited
+        times.add(hung)
+        watch.taken()
+        judged = Times()
+        with judged.timed("judge"), watch.timed("judge"):
+            screening = self.judges[name].screen(cell, batch.a, batch.b, batch.motion, answers)
+        split = watch.taken()
+        judged.parts["reference"] = judged.parts["judge"] * split.get("reference", 0.0) / sum(split.values())
+        judged.parts["judge"] -= judged.parts["reference"]
+        times.add(judged)
+        with times.timed("count"):
+            screening.counts(batch.groups)
+        return answers
+
+
+Rows = list[list[float]]
+Piece = tuple[str, Rows, Rows]
+"""Rows of one query for the bare loop, of both sides."""
+
+
+def _pieces(batches: list[Batch], answered: dict[str, list[NDArray[np.bool_]]]) -> Iterator[Piece]:
+    """What is to be asked, in the order in which it was screened; without what crashes or hangs."""
+    for i, batch in enumerate(batches):
+        rows_a, rows_b = batch.rows
+        for query, there in answered.items():
+            for start in range(0, len(batch), PIECE):
+                rows = start + np.flatnonzero(there[i][start : start + PIECE])
+                yield query, rows_a[rows].tolist(), rows_b[rows].tolist()
+
+
+def _bare(name: str, pair: PairKey, pieces: list[Piece]) -> Counter[str]:
+    """Seconds that the engine alone takes for each query, in a process that knows nothing of the scenes yet.
+
+    A piece in which the engine is lost all the same counts like the others of its query.
+    """
+    context = multiprocessing.get_context("forkserver")
+    seconds: Counter[str] = Counter()
+    asked: Counter[str] = Counter()
+    done: Counter[str] = Counter()
+    for query, rows, _ in pieces:
+        asked[query] += len(rows)
+    at = 0
+    while at < len(pieces):
+        here, there = context.Pipe(duplex=False)
+        child = context.Process(target=_loops, args=(there, name, pair, pieces[at:]))
+        child.start()
+        there.close()
+        try:
+            while at < len(pieces) and here.poll(LOOP_LIMIT):
+                seconds[pieces[at][0]] += here.recv()
+                done[pieces[at][0]] += len(pieces[at][1])
+                at += 1
+        except EOFError:
+            pass
+        at += 1
+        child.kill()
+        child.join()
+    return Counter({query: seconds[query] * asked[query] / max(done[query], 1) for query in asked})
+
+
+def _loops(channel: Any, name: str, pair: PairKey, pieces: list[Piece]) -> None:
+    engine = load_engine(name)
+    engine.warm()
+    solvers = {query: engine.solver(query, *pair) for query in {piece[0] for piece in pieces}}
+    for query, rows_a, rows_b in pieces:
+        solve = solvers[query]
+        began = time.process_time()
+        for a, b in zip(rows_a, rows_b, strict=True):
+            try:
+                solve(a, b)
+            except Exception:
+                continue
+        channel.send(time.process_time() - began)
+
+
+def main(arguments: list[str]) -> None:
+    """Measure all pairs, or those that are named."""
+    multiprocessing.set_forkserver_preload([__name__, *(f"oracles.engines.{name}_engine" for name in ENGINES)])
+    each = next((int(word.partition("=")[2]) for word in arguments if word.startswith("--each=")), 200)
+    names = [word for word in arguments if not word.startswith("-")]
+    loaded = {name: load_engine(name) for name in ENGINES}
+    workers = {name: EngineWorker(name, CALL_LIMIT) for name in ENGINES}
+    bench = Bench(loaded, workers, {name: Judges(engine) for name, engine in loaded.items()})
+    total, of_engine = Times(), {name: Times() for name in ENGINES}
+    print(HEADER)
+    for number, pair in enumerate(TABLE):
+        name = "–".join(kind.__name__ for kind in pair)
+        if names and name not in names:
+            continue
+        together = Times()
+        with batch_of(WORTH_COMPILING):  # as parts of a campaign, however small
+            bench.measure(pair, 10_000 + number, 3)  # compiles and imports
+            found = bench.measure(pair, number, each)
+        for (engine, query), times in found.items():
+            print(times.line(f"{name} {query} {engine}"))
+            together.add(times)
+            of_engine[engine].add(times)
+        print(together.line(name), flush=True)
+        total.add(together)
+    for engine, times in of_engine.items():
+        print(times.line(engine))
+    print(total.line("all"))
+    for worker in workers.values():
+        worker.close()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
