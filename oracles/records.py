@@ -140,7 +140,7 @@ def finding_from_json(data: Any) -> Finding:
     answer, reference = _answer(data["answer"]), _answer(data["reference"])
     other = data.get("related")  # which witnesses of older ledgers do not have
     related = None if other is None else _related_from_json(other)
-    text, repeats = _text(data["text"]), bool(data["repeats"])
+    text, repeats = _text(data["text"]), bool(data.get("repeats", True))
     return Finding(_text(data["engine"]), scene, answer, reference, verdict, text, repeats, related)
 
 
