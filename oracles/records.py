@@ -138,8 +138,7 @@ def finding_from_json(data: Any) -> Finding:
     if gap:
         raise ValueError(gap)
     answer, reference = _answer(data["answer"]), _answer(data["reference"])
-    other = data.get("related")  # which witnesses of older ledgers do not have
-    related = None if other is None else _related_from_json(other)
+    related = None if data.get("related") is None else _related_from_json(data["related"])
     text, repeats = _text(data["text"]), bool(data.get("repeats", True))
     return Finding(_text(data["engine"]), scene, answer, reference, verdict, text, repeats, related)
 
