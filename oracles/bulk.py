@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -14,21 +15,25 @@ from oracles.batch import Batch, PairKey
 from oracles.bench import Bench, Workshop
 from oracles.clock import timed
 from oracles.engine import Answers
-from oracles.judge import Screening
+from oracles.impact_regimes import impact_regimes_for
 from oracles.judges import audit_of, finding_of
 from oracles.outcome import FINDINGS, SUSPECT, Kind, Outcome
 from oracles.reference import is_quick
+from oracles.regimes import Regime, regimes_for
 from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, cells_of
+from oracles.screening import KINDS, Screening
 from oracles.sheets import Sheet
 from oracles.words import decade_of
+from refimpl.compiling import batch_of
 from refimpl.pairs import TABLE
 
-SEARCHED = 6
-"""Pairs that need a search, corners or pieces get so many times fewer scenes than pairs with a closed form."""
+QUICK, SEARCHED = 8, 6
+"""Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
+fewer: drawing and judging cost by the batch rather than by the scene."""
 STEPPED = 3
 """Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
 AUDITED = 4
-"""One regime in so many is audited, where a proof is no closed form."""
+"""One regime in so many is audited in a task, in turn: a proof costs as much as a hundred answers."""
 GIVE_UP_AFTER = 1
 
 
@@ -36,19 +41,21 @@ GIVE_UP_AFTER = 1
 class Proofs:
     """Which suspects of a task are proven one by one: proofs cost milliseconds, of searches a hundred.
 
-    Of findings that look alike the first few are, in each regime where proofs are quick; the rest is counted.
+    Of findings that look alike the first are: of each decade of the error, and of each regime where proofs are quick.
+    The rest is counted.
     """
 
-    per_regime: int = 1
-    of_searched: int = 2
+    alike: int = 2
     _tried: Counter[tuple[object, ...]] = field(default_factory=Counter)
 
     def wanted(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
         quick = is_quick(cell.type_a, cell.type_b) and cell.query != IMPACT
-        key = (engine, cell, symptom, decade, regime if quick else "")
-        self._tried[key] += 1
-        return self._tried[key] <= (self.per_regime if quick else self.of_searched)
+        kinds = [(engine, cell, symptom, decade), *([(engine, cell, symptom, regime)] if quick else [])]
+        new = any(self._tried[kind] < self.alike for kind in kinds)
+        if new:
+            self._tried.update(kinds)
+        return new
 
 
 @dataclass
@@ -62,13 +69,24 @@ class _Bulk:
     digest: hashlib._Hash = field(default_factory=hashlib.sha256)
 
     def go(self) -> Outcome:
-        for batch in self.drawn():
-            self.audit(batch)
-            for cell in cells_of(self.pair):
-                if batch.is_of(cell.query):
-                    self.ask(cell, batch)
+        with batch_of(self.many * len(self.regimes)):  # small groups of one form are parts of a large batch
+            for batch in self.drawn():
+                self.audit(batch)
+                for cell in cells_of(self.pair):
+                    if batch.is_of(cell.query):
+                        self.ask(cell, batch)
         self.outcome.digest = self.digest.hexdigest()
         return self.outcome
+
+    @property
+    def many(self) -> int:
+        """Scenes of each regime: more of pairs with a closed form, fewer where each costs a search."""
+        return self.each * QUICK if is_quick(*self.pair) else max(1, self.each // SEARCHED)
+
+    @cached_property
+    def regimes(self) -> dict[str, Regime]:
+        """All regimes, with those about the thresholds of the engines."""
+        return regimes_for(bench.engine for bench in self.shop.benches)
 
     def drawn(self) -> list[Batch]:
         """Scenes of the pair, fewer where each costs a search; those at rest also where the reference alone answers."""
@@ -76,10 +94,10 @@ class _Bulk:
         shard = self.number, list(TABLE).index(self.pair)  # the same scenes whatever pairs are asked for
         seed = self.shop.setup.seed
         with timed("scenes"):
-            many = self.each if is_quick(*self.pair) else max(1, self.each // SEARCHED)
-            batches = Batch.draw(self.pair, seed, shard, many) if self.shop.at_rest else []
+            batches = Batch.draw(self.pair, seed, shard, self.many, self.regimes) if self.shop.at_rest else []
             if IMPACT in asked:
-                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, self.each // STEPPED))
+                impacts = impact_regimes_for(bench.engine for bench in self.shop.benches)
+                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, self.many // STEPPED), impacts)
             return batches
 
     def ask(self, cell: Cell, batch: Batch) -> None:
@@ -102,28 +120,32 @@ class _Bulk:
         """Screen all answers, and weigh the suspects one by one."""
         with timed("judge"):
             screening = bench.judges.screen(cell, batch.a, batch.b, batch.motion, answers)
-        kinds, proven = list(screening.kind), np.zeros(len(batch), dtype=bool)
-        for i in [i for i, kind in enumerate(kinds) if kind in SUSPECT]:
+        suspects, proven = screening.rows_of(SUSPECT), np.zeros(len(batch), dtype=bool)
+        sizes = batch.sizes if suspects.size else np.zeros(0)
+        for i in suspects.tolist():
             found = len(self.outcome.findings)
-            kinds[i] = self.weigh(bench, cell, batch, i, answers, screening)
+            screening.codes[i] = KINDS.index(self.weigh(bench, cell, batch, i, answers, screening, float(sizes[i])))
             proven[i] = len(self.outcome.findings) > found
-        for (regime, kind), number in Counter(zip(batch.regimes, kinds, strict=True)).items():
-            self.outcome.counts[bench.name, cell.query, cell.pair, regime, kind] += number
+        names = dict(zip(batch.groups.tolist(), batch.regimes, strict=True))
+        for (group, kind), number in screening.counts(batch.groups).items():
+            self.outcome.counts[bench.name, cell.query, cell.pair, names[group], kind] += number
         with timed("store"):
-            sheet = Sheet.of_batch(bench.name, cell, batch, answers, screening, kinds, proven)
+            sheet = Sheet.of_batch(bench.name, cell, batch, answers, screening, proven)
             self.outcome.sheets.append(sheet)
 
-    def weigh(self, bench: Bench, cell: Cell, batch: Batch, i: int, answers: Answers, screening: Screening) -> Kind:
+    def weigh(
+        self, bench: Bench, cell: Cell, batch: Batch, i: int, answers: Answers, screening: Screening, size: float
+    ) -> Kind:
         """Prove a suspect answer, or count it to the proven ones that it is like."""
-        scene, regime = batch.scene(cell.query, i), batch.regimes[i]
-        kind, symptom, amount = screening.kind[i], screening.symptom[i], float(screening.amount[i])
-        decade = decade_of(amount, scene.size)
+        regime, kind = batch.regimes[i], KINDS[screening.codes[i]]
+        symptom, amount = screening.symptom[i], float(screening.amount[i])
+        decade = decade_of(amount, size)
         if not self.proofs.wanted(bench.name, cell, symptom, decade, regime) and kind is Kind.WRONG:
             if not screening.certain[i]:
                 return Kind.UNDECIDED
             self.outcome.count((bench.name, cell.query, cell.pair, symptom, decade, regime), amount)
             return Kind.WRONG
-        alone = take(answers, [i])
+        scene, alone = batch.scene(cell.query, i), take(answers, [i])
         with timed("proofs"):
             verdict = bench.judges.convict(scene, alone)
         if verdict.kind in FINDINGS:
@@ -131,11 +153,10 @@ class _Bulk:
         return verdict.kind
 
     def audit(self, batch: Batch) -> None:
-        """Prove the reference's own answer on one scene of each regime, or of some in turn where proofs take time."""
+        """Prove the reference's own answer on one scene of each regime whose turn it is."""
         first = np.unique(batch.groups, return_index=True)[1]
-        if batch.motion is not None or not is_quick(*self.pair):
-            turn = self.number + list(TABLE).index(self.pair)
-            first = first[batch.groups[first] % AUDITED == turn % AUDITED]
+        turn = self.number + list(TABLE).index(self.pair)
+        first = first[batch.groups[first] % AUDITED == turn % AUDITED]
         query = next(q for q in (RAYCAST, DISTANCE, IMPACT) if batch.is_of(q))
         with timed("audit"):
             for i in first:

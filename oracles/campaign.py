@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, field
-from hashlib import sha256
 from pathlib import Path
 from typing import Protocol
 
@@ -20,15 +19,15 @@ from oracles import closing, opening, plan
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, close_workshop
 from oracles.buckets import Buckets
-from oracles.clock import timed, watch
+from oracles.clock import timed
 from oracles.executors import Here, room
+from oracles.filing import Filing, ReferenceFailed
 from oracles.interrupts import held
-from oracles.ledger import Ledger, settle
-from oracles.ledger.replay import Replayed
-from oracles.outcome import Kind, Outcome, Run
+from oracles.ledger import Ledger
+from oracles.outcome import Outcome, Run
 from oracles.scene import Cell, cells_of
 from oracles.store import Store
-from oracles.tasks import ReplayTask, ShrinkTask, Task, perform
+from oracles.tasks import ShrinkTask, Task, perform
 
 PATIENCE = 60.0
 """Seconds beyond the budget that the first pass over all cells may take."""
@@ -50,10 +49,6 @@ class Listener(Protocol):
         """Tell after each task; `run` holds the counts and buckets so far."""
 
 
-class ReferenceFailed(Exception):
-    """A proof spoke against the reference; the run stops."""
-
-
 class GaveUp(Exception):
     """Too many tasks failed."""
 
@@ -73,15 +68,14 @@ class Campaign:
     pairs: list[PairKey]
     passes: int | None
     listener: Listener | None
-    buckets: Buckets
+    filing: Filing
     executor: Executor
     ahead: int
+    enough: Callable[[Run], bool] | None = None
     store: Store | None = None
     start: float = field(default_factory=time.monotonic)
     flying: dict[Future[Outcome], tuple[int, Task]] = field(default_factory=dict)
     landed: dict[int, tuple[Task, Outcome]] = field(default_factory=dict)
-    digests: dict[str, str] = field(default_factory=dict)
-    replayed: list[Replayed] = field(default_factory=list)
     begun: int = 0
     filed: int = 0
     failures: int = 0
@@ -99,7 +93,7 @@ class Campaign:
         """All tasks of the plan that there is time for."""
         budget = self.run.budget
         late = max(2 * budget, budget + PATIENCE)
-        self._do(plan.replays(self.buckets.ledger, self.run.engines, self.pairs), until=late)
+        self._do(plan.replays(self.filing.buckets.ledger, self.run.engines, self.pairs), until=late)
         self._do(plan.first_pass(self.pairs, self.run.seed), until=late)
         if not self.passes and self.elapsed > budget + PATIENCE:
             self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
@@ -111,11 +105,12 @@ class Campaign:
 
     def boil_down(self) -> None:
         """Shrink the witnesses, so that findings with one cause come together."""
-        groups = self.buckets.to_shrink()
+        self.enough = None
+        groups = self.filing.buckets.to_shrink()
         self._do((ShrinkTask(group) for group in groups), until=max(self.run.budget, self.elapsed) + PATIENCE)
         while self.flying:
             self._land()
-        left = self.buckets.new_to_shrink()
+        left = self.filing.buckets.new_to_shrink()
         if left:
             self.run.problems.append(f"no time was left to shrink what is new of {left} of {len(groups)} symptoms")
 
@@ -132,13 +127,19 @@ class Campaign:
                 continue
             while len(self.flying) >= self.ahead:
                 self._land()
-            if not self.passes and self.elapsed > until:
+            if self._over(until):
                 holes += 1
                 if holes > MOST_HOLES or not (self.store and self.store.waiting):
                     return
                 continue
             self.flying[self.executor.submit(perform, task, self.shop.setup)] = self.begun, task
             self.begun += 1
+
+    def _over(self, until: float) -> bool:
+        """Whether no more tasks are to be begun."""
+        if self.enough is not None and self.enough(self.run):
+            return True
+        return not self.passes and self.elapsed > until
 
     def _recalled(self, task: Task) -> bool:
         """Take a task's outcome from the record of an earlier run, where it is there."""
@@ -167,7 +168,8 @@ class Campaign:
     def _file_in_turn(self) -> None:
         while self.filed in self.landed:
             self.filed += 1
-            self._file(*self.landed.pop(self.filed - 1))
+            self.filing.file(*self.landed.pop(self.filed - 1))
+            self.run.seconds = self.elapsed
             if self.listener is not None:
                 self.listener.advanced(self.run, self.elapsed)
 
@@ -180,48 +182,19 @@ class Campaign:
                     self.store.record(task, outcome)
             return outcome
         self.failures += 1
+        if self.failures >= MOST_FAILURES:
+            raise GaveUp(f"{self.failures} tasks failed, at last {task.name}: {type(error).__name__}: {error}")
         return Outcome(problems=[f"{task.name} failed: {type(error).__name__}: {error}"])
 
-    def _file(self, task: Task, outcome: Outcome) -> None:
-        """Add what a task found to the run; a finding against the reference ends it."""
-        run = self.run
-        self.digests[task.name] = outcome.digest
-        run.counts.update(outcome.counts)
-        run.hunters.update(outcome.hunters)
-        run.problems += [problem for problem in outcome.problems if problem not in run.problems]
-        run.incidents += outcome.incidents
-        self.shop.library.lacking |= outcome.lacking
-        for what, spent in (*outcome.timing.items(), *watch.taken().items()):
-            run.timing[what] = run.timing.get(what, 0.0) + spent
-        if isinstance(task, ShrinkTask):
-            self.buckets.rekey(task.findings, outcome.findings or task.findings)
-        for finding in () if isinstance(task, ShrinkTask) else outcome.findings:
-            self.buckets.add_proven(finding)
-        for key, (number, worst) in outcome.counted.items():
-            self.buckets.add_counted(key, number, worst)
-        if isinstance(task, ReplayTask) and (replayed := task.replayed(outcome)):
-            self.replayed.append(replayed)
-        run.buckets = list(self.buckets.piles.values())
-        run.seconds = self.elapsed
-        for finding in outcome.findings:
-            if finding.verdict.kind is Kind.REFERENCE_WRONG:
-                raise ReferenceFailed(finding.verdict.claim)
-        if self.failures >= MOST_FAILURES:
-            raise GaveUp(f"{self.failures} tasks failed")
-
     def finish(self) -> None:
-        """File what has landed out of turn, sort the buckets, write their scripts, and say what is missing."""
-        with suppress(ReferenceFailed, GaveUp):
+        """File what has landed out of turn, and say what is missing."""
+        with suppress(ReferenceFailed):
             for number in sorted(self.landed):
-                self._file(*self.landed[number])
+                self.filing.file(*self.landed[number])
         self.run.seconds = self.elapsed
-        self.run.buckets = self.buckets.sorted()
-        settle(self.run, self.buckets.ledger, self.replayed)
-        closing.write_scripts(self.run, self.shop)
+        self.filing.settle(self.shop)
         if not (self.run.interrupted or self.run.reference_wrong):
             self.run.problems += closing.silent_cells(self.run)
-        self.run.models = self.shop.library.account()
-        self.run.digest = sha256("".join(f"{n} {d}\n" for n, d in sorted(self.digests.items())).encode()).hexdigest()
         if self.store:
             self.run.problems += self.store.problems
 
@@ -238,6 +211,7 @@ def run_campaign(
     ledger: Ledger | None = None,
     models: str | None = None,
     executor: Executor | None = None,
+    enough: Callable[[Run], bool] | None = None,
     folder: Path | None = None,
     resume: bool = False,
 ) -> Run:
@@ -264,6 +238,8 @@ def run_campaign(
         Folder from which the regime `models` takes its geometry; by default what PyBullet ships.
     executor
         What does the tasks: anything of `concurrent.futures`, by default this process. It is shut down.
+    enough
+        Asked before each task of the hunt: once it is True, only the witnesses are shrunk.
     folder, resume
         Where every task that is done is recorded, and whether to go on with the record that is there.
 
@@ -290,7 +266,8 @@ def run_campaign(
             shop.rest()
         known = (ledger if ledger is not None else Ledger.load()).at(run.engine_versions)
         store = None if folder is None else opening.store_of(folder, shop, run, wanted, passes, resume=resume)
-        campaign = Campaign(shop, run, wanted, passes, listener, Buckets(known), executor, room(executor), store)
+        filing = Filing(run, Buckets(known))
+        campaign = Campaign(shop, run, wanted, passes, listener, filing, executor, room(executor), enough, store)
         if listener is not None:
             listener.started(run.engines, len(run.support))
         _survive(campaign)

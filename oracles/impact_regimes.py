@@ -26,6 +26,7 @@ Scenes = tuple[Proxy, Proxy, Motion]
 ImpactRegime = Callable[[Draws, type[Proxy], type[Proxy]], Scenes]
 IMPACT_REGIMES: dict[str, ImpactRegime] = {}
 
+SPEEDS_OF = "speeds_of_"
 ROUND_SPEEDS = (1.0, 0.0, -1.0, 2.0, -2.0, 0.5, -0.5)
 ROUND_SHARES = (1.0, 0.0, 0.5, 0.25, 0.75)
 
@@ -43,8 +44,13 @@ def impact_reasons(regimes: Mapping[str, ImpactRegime] = IMPACT_REGIMES) -> dict
 
 def impact_regimes_for(engines: Iterable[Engine]) -> dict[str, ImpactRegime]:
     """The regimes that every pass asks, and one more for each engine that declares thresholds of speed."""
-    own = {f"speeds_of_{engine.name}": speeds_of(engine) for engine in engines if engine.speed_thresholds}
+    own = {f"{SPEEDS_OF}{engine.name}": speeds_of(engine) for engine in engines if engine.speed_thresholds}
     return IMPACT_REGIMES | own
+
+
+def is_of_impacts(name: str) -> bool:
+    """Whether a regime of this name has impacts, or scenes at rest."""
+    return name in IMPACT_REGIMES or name.startswith(SPEEDS_OF)
 
 
 def regimes_of(query: str, engines: Iterable[Engine] = ()) -> list[str]:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Any
 
 from oracles.impact_judge import broken_by
-from oracles.outcome import Finding, Kind, Outcome, Severity, Verdict
+from oracles.outcome import Finding, Kind, Outcome, Related, Severity, Verdict
 from oracles.scene import Scene
 from refimpl.proof import Certificate, check, from_json
 from refimpl.proof.claims import Bound
@@ -32,6 +32,7 @@ def outcome_to_json(outcome: Outcome) -> dict[str, Any]:
         "digest": outcome.digest,
         "counts": [[*key[:4], key[4].value, n] for key, n in outcome.counts.items()],
         "counted": [[*key, *value] for key, value in outcome.counted.items()],
+        "relations": [[*key[:3], key[3].value, n] for key, n in outcome.relations.items()],
         "hunters": dict(outcome.hunters),
         "timing": outcome.timing,
         "problems": outcome.problems,
@@ -54,6 +55,9 @@ def outcome_from_json(data: Any) -> Outcome:
             counts=Counter({(*_texts(key[:4]), Kind(key[4])): _count(key[5]) for key in data["counts"]}),  # type: ignore[misc]
             findings=[finding_from_json(entry) for entry in data["findings"]],
             counted={_counted_key(entry): (_count(entry[6]), float(entry[7])) for entry in data["counted"]},
+            relations=Counter(
+                {(*_texts(key[:3]), Kind(key[3])): _count(key[4]) for key in data["relations"]}  # type: ignore[misc]
+            ),
             hunters=Counter({_text(name): _count(n) for name, n in data["hunters"].items()}),
             timing={_text(name): float(spent) for name, spent in data["timing"].items()},
             problems=[_text(line) for line in data["problems"]],
@@ -99,6 +103,8 @@ def finding_to_json(finding: Finding) -> dict[str, Any]:
         "answer": finding.answer,
         "reference": finding.reference,
         "text": finding.text,
+        "repeats": finding.repeats,
+        "related": None if finding.related is None else _related_to_json(finding.related),
         **{
             name: getattr(verdict, name)
             for name in ("kind", "symptom", "severity", "amount", "lower", "upper", "claim")
@@ -132,7 +138,17 @@ def finding_from_json(data: Any) -> Finding:
     if gap:
         raise ValueError(gap)
     answer, reference = _answer(data["answer"]), _answer(data["reference"])
-    return Finding(_text(data["engine"]), scene, answer, reference, verdict, _text(data["text"]))
+    related = None if data.get("related") is None else _related_from_json(data["related"])
+    text, repeats = _text(data["text"]), bool(data.get("repeats", True))
+    return Finding(_text(data["engine"]), scene, answer, reference, verdict, text, repeats, related)
+
+
+def _related_to_json(related: Related) -> dict[str, Any]:
+    return {"relation": related.relation, "scene": related.scene.to_json(), "answer": related.answer}
+
+
+def _related_from_json(data: Any) -> Related:
+    return Related(_text(data["relation"]), Scene.from_json(data["scene"]), _answer(data["answer"]))
 
 
 def _answer(data: Any) -> dict[str, object]:

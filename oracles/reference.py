@@ -63,7 +63,8 @@ def signed(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
         sigma = np.where(wanted, norm(x.position - y.p) - y.radius, 0.0)
         return sigma, sigma
     if is_quick(type(x), type(y)):
-        sigma = np.where(wanted, distance(x, y).distance, 0.0)
+        with timed("reference"):
+            sigma = np.where(wanted, distance(x, y).distance, 0.0)
         return sigma, sigma
     low, high = np.zeros(len(wanted)), np.zeros(len(wanted))
     rows = np.flatnonzero(wanted)

@@ -11,11 +11,8 @@ from numpy.typing import NDArray
 
 from oracles.batch import Batch
 from oracles.engine import Answers
-from oracles.judge import Screening
-from oracles.outcome import Kind
 from oracles.scene import Cell
-
-KINDS = list(Kind)
+from oracles.screening import Screening
 
 
 class Row(NamedTuple):
@@ -28,7 +25,7 @@ class Row(NamedTuple):
     status
         As `oracles.engine.Status` counts.
     kind
-        Position of the verdict in `KINDS`.
+        Position of the verdict in `oracles.screening.KINDS`.
     amount
         Estimated violation of the gravest claim, as the floats have it.
     error
@@ -74,7 +71,6 @@ class Sheet:
         batch: Batch,
         answers: Answers,
         screening: Screening,
-        kinds: Sequence[Kind],
         proven: NDArray[np.bool_],
     ) -> Sheet:
         """Record a batch with what the screening said of it, and what became of the suspects."""
@@ -82,7 +78,7 @@ class Sheet:
             "regime": batch.regimes,
             "number": batch.numbers,
             "status": answers.status,
-            "kind": [KINDS.index(kind) for kind in kinds],
+            "kind": screening.codes,
             "symptom": screening.symptom,
             "amount": screening.amount,
             "error": screening.pressure,

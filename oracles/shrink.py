@@ -2,8 +2,8 @@
 
 A candidate is taken only if the engine fails on it in the same way: same symptom, no special geometry that the scene
 did not have (`oracles.degeneracy`), and an error that is like the one before, within two decades. So a slight error
-does not end in the bucket of a gross one. Better is first what is less special, then nearer to size 1, then the larger
-error, so that all decades of one fault come together, and then fewer numbers to read.
+does not end in the bucket of a gross one. Better is first what is less special, then nearer to size 1, then taken in at
+a glance, then the larger error, so that all decades of one fault come together, and then fewer numbers to read.
 
 Engines answer whole batches, so all candidates of a step are asked at once. Floats screen them; the last one is
 convicted by its certificate like any other finding. Findings of one cell and symptom are shrunk together: where one of
@@ -15,10 +15,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
+from random import Random
 
 import numpy as np
+from hypothesis import HealthCheck, find, settings
+from hypothesis.errors import NoSuchExample
 
-from oracles.clumsiness import odd_numbers
+from oracles.clumsiness import AT_A_GLANCE, clumsiness, odd_numbers
 from oracles.engine import Array
 from oracles.home import at_home
 from oracles.judges import finding_of
@@ -31,7 +34,7 @@ from oracles.plain_impacts import restaged, simpler_motions
 from oracles.reference import is_quick
 from oracles.relations import Bench, question
 from oracles.scene import IMPACT, Cell, Scene, packed_rows
-from oracles.simpler import batch_of, by_form, kept_apart, moved, simpler_proxies
+from oracles.simpler import batch_of, by_form, kept_apart, moved, several_changed, simpler_proxies
 
 TRIES = 1600
 """Scenes that are put before an engine for one finding; for each further one of the same symptom half as many."""
@@ -45,6 +48,9 @@ TRIES_LOST = 6
 """Where the engine was lost, or ran out of time, on the scene: each try may cost as much again."""
 TRIES_LEAST = 200
 MOST_STEPS = 40
+CAREFULLY = settings(
+    max_examples=60, database=None, deadline=None, suppress_health_check=list(HealthCheck), derandomize=False
+)
 NEAR = 12
 """Plain scenes of which the bodies are brought to each of the gaps."""
 AT_ONCE = 150
@@ -125,7 +131,7 @@ class _Search:
         else:
             self.tries = len(findings)
             self.ask(finding.scene for finding in findings)
-        repeats = [way[0].key in self.known for way in ways]
+        repeats = [way[0].key in self.known or self._convict(way[0].scene) is not None for way in ways]
         self.proven = {way[0].key: finding for way, finding in zip(ways, findings, strict=True)}
         for way, again, finding in zip(ways, repeats, findings, strict=True):
             if again:
@@ -148,7 +154,9 @@ class _Search:
         self.ask(plain_scenes(self.cell, regime))
         self._go_on(way)
         for _ in range(MOST_STEPS):
-            if self.lost or way[-1].key in self.exhausted or not self._improve(way):
+            if self.lost or way[-1].key in self.exhausted:
+                break
+            if not (self._improve(way) or self._improve_jointly(way)):
                 break
 
     def _allowance(self) -> int:
@@ -171,6 +179,25 @@ class _Search:
         if self.tries > 0:
             self.exhausted.add(best.key)
         return False
+
+    def _improve_jointly(self, way: list[Failing]) -> bool:
+        """Have Hypothesis look for several numbers that can be made simpler together, where many are odd."""
+        best = way[-1]
+        if odd_numbers(best.scene) <= AT_A_GLANCE or best.scene.motion is not None:
+            return False
+
+        def is_better(scene: Scene) -> bool:
+            if clumsiness(scene) >= clumsiness(best.scene) or not self.tries > 0:
+                return False
+            self.ask([scene])
+            found = self.known.get(key_of(scene))
+            return found is not None and best.best_of([found]) is found
+
+        try:
+            find(several_changed(best.scene), is_better, settings=CAREFULLY, random=Random(0))
+        except NoSuchExample:
+            return False
+        return self._go_on(way)
 
     def _go_on(self, way: list[Failing]) -> bool:
         """Go to the best of what is known and may be gone to, and on from there."""

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from hypothesis import assume
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
@@ -23,6 +25,8 @@ from refimpl.shapes import Capsule, Cylinder, HalfSpace, Polyhedron, Ray
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 FORMED = (ConvexPolyhedron, Polyhedron, Composite)
 DECIMALS = (0, 1, 2, 3)
+STAYING = 3
+"""How much likelier it is that a number stays than that it is made simpler."""
 MOST_PARTS = 24
 """Vertices, planes, slabs or parts that are left out one by one."""
 
@@ -70,6 +74,25 @@ def with_sides(scene: Scene, a: Proxy | None, b: Proxy | None) -> Iterator[Scene
     """The scene with other proxies, unless one of them could not be made."""
     if a is not None and b is not None:
         yield replace(scene, a=a, b=b)
+
+
+@st.composite
+def several_changed(draw: st.DrawFn, scene: Scene) -> Scene:
+    """The scene with any of its odd numbers simpler, several at once; the simplest draw is the simplest scene.
+
+    Each number most often stays, so that scenes come up in which the fault is still there.
+    """
+    made = []
+    for shape in (scene.a, scene.b):
+        row = shape.pack().copy()
+        for i in np.flatnonzero(changeable(shape)):
+            x = float(row[i])
+            if x not in PLAIN:
+                simpler = simpler_numbers(x)
+                row[i] = draw(st.sampled_from([*simpler, *[x] * (STAYING * len(simpler))]))
+        made.append(rebuilt(shape, row))
+    assume(made[0] is not None and made[1] is not None)
+    return next(with_sides(scene, *made))
 
 
 # -- the whole scene -----------------------------------------------------------------------------------------
@@ -258,15 +281,15 @@ def batch_of(shapes: list[Proxy]) -> Proxy:
 
 
 def kept_apart(scenes: list[Scene], gaps: list[float]) -> list[Scene]:
-    """The scenes with B moved along the normal to each of the gaps."""
+    """The scenes with B moved along the normal to each of the gaps, gap by gap."""
     found: list[Scene] = []
     for group in by_form(scenes):
-        a, b = batch_of([s.a for s in group]), batch_of([s.b for s in group])
-        for gap in gaps:
-            try:
-                with np.errstate(all="ignore"):
-                    _, placed = Draft(a, b, np.full(len(group), gap), np.ones(len(group), dtype=bool)).settled()
-            except (ShapeError, ValueError):
-                continue
-            found += [replace(scene, b=placed[i]) for i, scene in enumerate(group)]
+        every = [scene for _ in gaps for scene in group]
+        a, b = batch_of([scene.a for scene in every]), batch_of([scene.b for scene in every])
+        try:
+            with np.errstate(all="ignore"):
+                _, placed = Draft(a, b, np.repeat(gaps, len(group)), np.ones(len(every), dtype=bool)).settled()
+        except (ShapeError, ValueError):
+            continue
+        found += [replace(scene, b=placed[i]) for i, scene in enumerate(every)]
     return found

@@ -19,7 +19,8 @@ import duckdb
 
 from oracles.outcome import Outcome
 from oracles.records import outcome_from_json, outcome_to_json
-from oracles.sheets import KINDS, joined
+from oracles.screening import KINDS
+from oracles.sheets import joined
 from oracles.tasks import Task
 
 FORMAT = "proxyproof-record-1"

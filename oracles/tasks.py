@@ -22,6 +22,7 @@ from oracles.ledger.replay import Replayed, replay
 from oracles.ledger.witness import Witness
 from oracles.library import using
 from oracles.outcome import Finding, Outcome
+from oracles.relating import relating
 from oracles.scene import Cell
 from oracles.shrink import shrink_all
 
@@ -74,6 +75,24 @@ class HuntTask(Task):
     def do(self, shop: Workshop) -> Outcome:
         """Search, shrink and prove."""
         return hunting(shop.bench(self.engine), self.cell, seed=shop.setup.seed + self.number)
+
+
+@dataclass(frozen=True)
+class RelateTask(Task):
+    """Relations between the answers of one engine on one pair."""
+
+    engine: str
+    pair: PairKey
+    number: int
+
+    @property
+    def name(self) -> str:
+        """Round, engine and pair."""
+        return f"relate-{self.number}-{self.engine}-{self.pair[0].__name__}-{self.pair[1].__name__}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Draw, ask, compare and prove."""
+        return relating(shop.bench(self.engine), self.pair, self.number, shop.setup.seed)
 
 
 @dataclass(frozen=True)

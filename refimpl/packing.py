@@ -15,6 +15,7 @@ from refimpl.algorithms.halfspaces import halfspace_halfspace, unit_plane
 from refimpl.algorithms.polytopes import own_row, table_of
 from refimpl.algorithms.rows import body_rows
 from refimpl.atoms import leaves, piece_atoms
+from refimpl.compiling import module_for, numbers
 from refimpl.kernels import atoms
 from refimpl.kernels.bodies import AXES, CENTER, VERTICES
 from refimpl.kernels.bodies import SIZES as BODY_SIZES
@@ -22,7 +23,7 @@ from refimpl.kernels.boxes import SEGMENT, TURNED
 from refimpl.kernels.polytopes import FACTOR
 from refimpl.kernels.polytopes_batch import MIDDLE, POINT, POWER
 from refimpl.kernels.scaling import NOTHING
-from refimpl.linear import Array, apply, rotation_matrix, scale
+from refimpl.linear import Array, apply, rotation_matrix
 from refimpl.proxy import Proxy
 from refimpl.shapes import (
     AABB,
@@ -39,6 +40,8 @@ from refimpl.shapes import (
 )
 from refimpl.solids import Solid
 
+MUCH = 4
+"""So many pieces are as much work as two small ones, and worth compiling for accordingly."""
 REMEMBERED = 64
 """Meshes, and combinations of tables, whose rows are kept."""
 K = TypeVar("K", bound=Hashable)
@@ -166,14 +169,13 @@ def _scales(notes: Array) -> tuple[Array, NDArray[np.int64]]:
 def _put_pieces(mesh: Polyhedron, exponent: NDArray[np.int64], rows: Array) -> Array:
     """Write the rows of the pieces of a mesh in all its placements; gives the table of their geometries."""
     table, middles, powers = _piece_rows(mesh.solid)
-    matrix = rotation_matrix(mesh.rotation)
-    power = powers - exponent[:, None]
-    position = np.ldexp(mesh.position, -exponent[:, None])
-    factor = np.ldexp(1.0, power)
-    rows[..., :3] = position[:, None] + apply(matrix[:, None], scale(factor, middles))
-    rows[..., NINE] = matrix.reshape(-1, 1, 9)
-    rows[..., FACTOR], rows[..., atoms.KIND] = factor, atoms.HULL
-    rows[..., atoms.SHAPE] = np.arange(len(middles))
+    module = module_for("placing", len(mesh) * (1 + len(middles) // MUCH))
+    placements = np.concatenate([np.ldexp(mesh.position, -exponent[:, None]), mesh.rotation], axis=1)
+    factors = np.ldexp(1.0, powers - exponent[:, None])
+    placed = numbers(np.ascontiguousarray(rows), module)
+    module.put_pieces(*(numbers(columns, module) for columns in (placements, middles, factors)), placed)
+    if placed is not rows:
+        rows[:] = np.reshape(placed, rows.shape)
     return table
 
 

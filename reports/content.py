@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
 from reports import findings, ledger, matrix, tables, text
 from reports.findings import BucketView
+from reports.relations import relation_table
 from reports.tables import Table
 
 TITLE = "proxyproof: discrepancy report"
@@ -34,6 +35,7 @@ WORDS = (
     ("agrees", "the answer fits the proven interval and its own properties, within the engine's declared tolerance"),
     ("convention", "right on the shape that the engine effectively uses, or by a documented convention"),
     ("wrong", "a certificate excludes the answer, by at least the amount named"),
+    ("inconsistent", "two answers contradict each other, the second to a scene made from the first; one is wrong"),
     ("crashed, timed out", "the engine's process ended, an error was raised, or the call did not return in time"),
     ("undecided", "the proven interval allows both"),
     ("skipped", "not asked: the engine had run out of time on too many scenes of the cell and regime"),
@@ -81,6 +83,7 @@ class Content:
     groups: tuple[Group, ...]
     regimes: Table
     coverage: tuple[Table, ...]
+    relations: Table
     support: Table
     timing: Table
 
@@ -105,6 +108,7 @@ def content(run: Run) -> Content:
         groups=groups,
         regimes=tables.regime_table(run),
         coverage=tables.coverage(run),
+        relations=relation_table(run),
         support=matrix.support_notes(run),
         timing=tables.timing(run),
     )
@@ -138,6 +142,8 @@ def what_ran(run: Run) -> list[tuple[str, str]]:
         ("started", text.visible(run.started)),
         ("time", f"{text.seconds(run.seconds)} of a budget of {text.seconds(run.budget)}"),
         ("seed", str(run.seed)),
+        ("digest of every answer", run.digest or "none"),
+        *([("from an earlier record", text.plural(run.recalled, "task"))] if run.recalled else []),
         ("cells", f"{cells}; {text.plural(len(tables.regimes(run)), 'regime')}"),
         ("scenes asked", text.count(tables.total(verdicts, COMPARED))),
         ("scenes by hunter", ", ".join(f"{name} {text.count(n)}" for name, n in run.hunters.items()) or "none"),

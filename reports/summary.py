@@ -9,7 +9,8 @@ The format, `proxyproof-run-1`, is one JSON object:
 - ``support``: objects with ``engine, query, pair, kind, reason``, kind being native, emulated or unsupported
 - ``problems``: sentences; ``incidents``: sentence on an engine's process to how often;
   ``timing``: seconds by what they were spent on;
-  ``hunters``: scenes by hunter; ``models``: what the regime `models` was made of, and each file that it could not use
+  ``hunters``: scenes by hunter; ``digest``: of every answer; ``recalled``: tasks from an earlier record;
+  ``models``: what the regime `models` was made of, and each file that it could not use
 - ``ledger``: the entries of the ledger for these engines, as objects with ``engine, name, state, why, seen, witnesses,
   holding, cause, upstream, file``: holding are those of its witnesses that still fail as it says
 - ``buckets``, what is new first, then the worst: objects with ``number, key, engine, query, pair, symptom, degeneracy,
@@ -58,7 +59,7 @@ def run_data(run: Run) -> dict[str, Any]:
             name: getattr(run, name)
             for name in ("engines", "engine_versions", "versions", "regimes", "problems", "incidents", "timing")
         },
-        **{name: getattr(run, name) for name in ("hunters", "models")},
+        **{name: getattr(run, name) for name in ("hunters", "models", "digest", "recalled")},
         "counts": counts,
         "support": support,
         "ledger": [dict(vars(note)) for note in run.ledger],

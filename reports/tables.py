@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from oracles.impact_regimes import IMPACT_REGIMES
+from oracles.impact_regimes import is_of_impacts
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
 from oracles.scene import IMPACT, QUERIES, cells
 from reports import text
@@ -136,7 +136,7 @@ def supported(run: Run) -> list[CellKey]:
 
 def summary(run: Run) -> Table:
     """Verdicts per engine, and per engine and query."""
-    kinds = [Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.UNDECIDED]
+    kinds = [Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.INCONSISTENT, Kind.CRASHED, Kind.TIMED_OUT, Kind.UNDECIDED]
     per_engine, per_query, own = grouped(run, "engine"), grouped(run, "engine", "query"), audit(run)
     if any(verdicts[Kind.REFERENCE_WRONG] for verdicts in (own, *per_engine.values())):
         kinds.append(Kind.REFERENCE_WRONG)
@@ -209,7 +209,7 @@ def coverage(run: Run) -> tuple[Table, ...]:
 
 def regimes_for(query: str, names: Iterable[str]) -> list[str]:
     """Of these regimes the ones that have scenes for a query."""
-    return [name for name in names if (name in IMPACT_REGIMES) == (query == IMPACT)]
+    return [name for name in names if is_of_impacts(name) == (query == IMPACT)]
 
 
 def _coverage(which: str, run: Run, cells: list[CellKey]) -> Table:
@@ -237,13 +237,14 @@ def _coverage_entry(verdicts: Counter[Kind]) -> Entry:
 
 
 def timing(run: Run) -> Table:
-    """Where the time went."""
+    """Where the time went, of all workers together."""
+    whole = sum(run.timing.values())
     rows = [
-        (Entry(text.visible(name)), Entry(text.seconds(spent)), Entry(text.share(spent, run.seconds)))
+        (Entry(text.visible(name)), Entry(text.seconds(spent)), Entry(text.share(spent, whole)))
         for name, spent in sorted(run.timing.items(), key=lambda item: -item[1])
     ]
     return Table(
-        "Time spent; engines answer while the judge works, so the parts overlap",
+        f"Time that all workers together have spent; the run took {text.seconds(run.seconds)} by the clock",
         (Column("on"), Column("time", True), Column("share", True)),
         tuple(rows),
     )

@@ -516,6 +516,31 @@ class RoundsUpFromTheStart(Honest):
 # -- right answers with bad manners, in every scene or in some -----------------------------------------------
 
 
+class DiesOfItsPast(Honest):
+    """Aborts in its 500th call, whatever that is about."""
+
+    name: ClassVar[str] = "dies-of-its-past"
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        self.calls += 1
+        if self.calls == 500:
+            os.abort()
+        return super().spoil(answer, row_a)
+
+
+class Unhurried(Honest):
+    """Right, in its own time."""
+
+    name: ClassVar[str] = "unhurried"
+
+    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
+        time.sleep(0.002)
+        return super().spoil(answer, row_a)
+
+
 class ChangesRounding(Honest):
     name: ClassVar[str] = "changes-rounding"
 

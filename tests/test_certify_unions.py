@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from oracles.regimes import REGIMES
+from refimpl import distance
 from refimpl.proof import (
     Certificate,
     Common,
@@ -50,7 +51,7 @@ from refimpl.shapes import (
     Sphere,
 )
 from tests.benchmarks import proofs
-from tests.conftest import scenes_of
+from tests.conftest import name_of, scenes_of
 
 INF = math.inf
 CONVEX = (Point, Sphere, Capsule, HalfSpace, AABB, Box, KDOP, Ellipsoid, Cylinder, ConvexPolyhedron)
@@ -60,6 +61,21 @@ PAIRS = [
     (Polyhedron, Composite),
     (Composite, Composite),
 ]
+
+
+@pytest.mark.parametrize("pair", [(KDOP, Polyhedron), (Capsule, Polyhedron), (Polyhedron, Composite)], ids=name_of)
+def test_unions_that_touch_are_known_to_rounding(pair: Any) -> None:
+    """Also where the deepest pair's normal does not lead out of another one: of capsule number 2, by a third."""
+    a, b = scenes_of(pair, "touching", 12)
+    touching = 0
+    for i in range(len(a)):
+        x, y = a[i], b[i]
+        size = max(float(x.magnitude), float(y.magnitude))
+        if abs(float(distance(x, y).distance)) <= 1e-15 * size:
+            touching += 1
+            lower, upper = check(certify(x, y), x, y)
+            assert upper - lower <= 5e-13 * size
+    assert touching >= 10
 
 
 def prism(outline: list[tuple[float, float]], caps: list[tuple[int, int, int]], height: float) -> Any:

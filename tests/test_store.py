@@ -16,13 +16,13 @@ import oracles.store
 from oracles.bench import Setup, close_workshop
 from oracles.engine import Engine
 from oracles.outcome import Kind, Outcome
+from oracles.planted.wrong_impacts import AlwaysElastic
 from oracles.records import outcome_from_json, outcome_to_json
 from oracles.scene import DISTANCE, Cell
 from oracles.store import DIGITS, FOLDER, RecordError, Store, file_stem
 from oracles.tasks import BulkTask, HuntTask, perform
 from refimpl import AABB, Ray, Sphere
 from tests.wrong_engines import Crashing, OffByAThousandth
-from tests.wrong_impacts import WrongSign
 
 
 def spec(engine: type[Engine]) -> str:
@@ -71,7 +71,7 @@ def same(one: Outcome, other: Outcome) -> bool:
         (OffByAThousandth, BulkTask((Ray, Sphere), 1, 2)),
         (OffByAThousandth, HuntTask("honest", Cell(DISTANCE, Sphere, AABB), 0)),
         (Crashing, BulkTask((Sphere, Sphere), 0, 1)),
-        (WrongSign, BulkTask((Sphere, Sphere), 0, 3)),
+        (AlwaysElastic, BulkTask((Sphere, Sphere), 0, 3)),
     ],
     ids=lambda x: getattr(x, "name", ""),
 )
@@ -270,7 +270,8 @@ def test_folders_without_a_record_are_refused_in_one_line(tmp_path: Path, conten
 
 
 def test_an_outcome_keeps_what_json_has_no_word_for() -> None:
-    odd = Outcome(counted={("a", "b", "c", "d", None, "e"): (2, float("inf"))}, digest="x")
+    odd = Outcome(counted={("a", "b", "c", "d", None, "e"): (2, float("inf"))}, digest="x", lacking={"hull"})
+    odd.incidents["the process was started again"] += 2
     odd.counts["refimpl", "distance", "A–B", "r", Kind.AGREES] = 3
     assert outcome_from_json(json.loads(json.dumps(outcome_to_json(odd)))) == odd
 

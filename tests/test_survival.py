@@ -185,6 +185,40 @@ def test_a_child_that_returns_to_the_harness_is_ended(shared: EngineWorker) -> N
     assert play(shared, "forks_and_both_return") == (Status.ANSWERED, "")
 
 
+def test_tricks_among_thousands_of_scenes_cost_themselves_only(shared: EngineWorker) -> None:
+    x = -np.arange(1.0, 4001.0)
+    tricks = {
+        700: ("changes_upward", Status.ANSWERED, "left changed: the rounding"),
+        701: ("changes_flushing", Status.ANSWERED, "left changed: the treatment of tiny"),
+        900: ("aborts", Status.CRASHED, "the process was ended by SIGABRT"),
+        901: ("answers_endless_generator", Status.ERROR, "answered a repeat"),
+        1300: ("kills_its_parent", Status.CRASHED, "the process that had imported"),
+        1500: ("spins", Status.TIMED_OUT, "no answer within"),
+        3999: ("changes_recursion", Status.ANSWERED, "left changed: the recursion limit"),
+    }
+    for i, (name, _, _) in tricks.items():
+        x[i] = hostile.number_of(name)
+    answers = ask(shared, *x)
+    assert set(answers.errors) == set(tricks)
+    for i, (_, status, text) in tricks.items():
+        assert answers.status[i] == status
+        assert answers.errors[i].startswith(text)
+    innocent = x < 0
+    assert not answers.status[innocent].any()
+    np.testing.assert_array_equal(answers.distance[innocent], np.abs(x[innocent] - 3) - 2)
+
+
+def test_a_loss_that_a_fresh_process_does_not_repeat_stays_that_of_its_scene() -> None:
+    with EngineWorker(spec(hostile.DiesOfItsPast)) as at_work:
+        answers = ask(at_work, *[-1.0] * 600)
+        (lost,) = np.flatnonzero(answers.status).tolist()
+        assert lost == 499
+        assert answers.status[lost] == Status.CRASHED
+        assert re.fullmatch(
+            r"the process was ended by SIGABRT \(Aborted\).*; not again in a fresh process", answers.errors[lost]
+        )
+
+
 # -- memory --------------------------------------------------------------------------------------------------
 
 

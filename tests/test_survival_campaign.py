@@ -39,14 +39,14 @@ def mark(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     assert eventually(lambda: not marked(f"PROXYPROOF_TEST={value}")), "processes are left"
 
 
-def campaign(engine: type[Honest], passes: int = 2) -> Run:
+def campaign(engine: type[Honest]) -> Run:
     return run_campaign(
-        [spec(engine)], budget=0.0, passes=passes, seed=3, pairs=["Sphere–Sphere"], call_limit=0.3, ledger=Ledger()
+        [spec(engine)], budget=0.0, passes=1, seed=3, pairs=["Sphere–Sphere"], call_limit=0.3, ledger=Ledger()
     )
 
 
 def test_a_campaign_whose_guards_are_killed_completes_and_says_so(mark: str) -> None:
-    whole, over, killed = campaign(Honest), threading.Event(), []
+    whole, over, killed = campaign(hostile.Unhurried), threading.Event(), []
 
     def kill() -> None:
         while len(killed) < 2 and not over.wait(0.05):
@@ -57,7 +57,7 @@ def test_a_campaign_whose_guards_are_killed_completes_and_says_so(mark: str) -> 
 
     thread = threading.Thread(target=kill)
     thread.start()
-    run = campaign(Honest)
+    run = campaign(hostile.Unhurried)
     over.set()
     thread.join()
     assert killed
@@ -66,7 +66,7 @@ def test_a_campaign_whose_guards_are_killed_completes_and_says_so(mark: str) -> 
     assert run.digest == whole.digest
     told = [text for text in run.incidents if "SIGKILL (Killed), and was started again" in text]
     assert told
-    assert all(text.startswith("honest: the guard of the engine's process was ended by SIGKILL") for text in told)
+    assert all(text.startswith("unhurried: the guard of the engine's process was ended by SIGKILL") for text in told)
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_a_campaign_whose_guards_are_killed_completes_and_says_so(mark: str) -> 
     ],
 )
 def test_a_right_engine_with_bad_manners_has_no_finding_and_is_named(engine: type[Honest], told: str) -> None:
-    run = campaign(engine, passes=1)
+    run = campaign(engine)
     assert run.buckets == []
     assert run.total(engine=engine.name, kinds=FINDINGS) == 0
     assert run.total(engine=engine.name, kinds=ANSWERED) > 0
@@ -86,20 +86,20 @@ def test_a_right_engine_with_bad_manners_has_no_finding_and_is_named(engine: typ
 
 
 def test_rubbish_of_many_kinds_is_found_and_named() -> None:
-    run = campaign(hostile.Rubbish, passes=1)
+    run = campaign(hostile.Rubbish)
     assert {b.symptom for b in run.buckets} == {claims.NOT_A_NUMBER}
     assert all(len(b.witness.text) < 700 for b in run.buckets)
     assert run.problems == []
 
 
 def test_what_an_adapter_says_of_itself_is_checked_whenever_it_is_used() -> None:
-    run = campaign(hostile.RaisesOnEffective, passes=1)
+    run = campaign(hostile.RaisesOnEffective)
     assert run.problems[0].startswith(
         "raises-on-effective cannot be judged: RaisesOnEffective.effective, asked about contacts Sphere–Sphere, raised"
     )
     assert run.total(engine="raises-on-effective", query=CONTACTS) == 0
     assert {(b.query, b.symptom) for b in run.buckets} == {(DISTANCE, claims.LONG)}
-    run = campaign(hostile.RubbishEffective, passes=1)
+    run = campaign(hostile.RubbishEffective)
     text = "\n".join(run.problems)
     assert "contacts Sphere–Sphere, must give margins of at least 0, got -1.0" in text
     assert re.search(r"distance Sphere–Sphere, must give \d+ rows as doubles, got array", text)

@@ -175,7 +175,7 @@ def _put_body(atom: Row, shapes: Sequence[Row], offset: Vector, row: Scratch) ->
     return row
 
 
-@kernel
+@inlined
 def _between_cores(
     a: Row,
     shapes_a: Sequence[Row],
@@ -245,12 +245,12 @@ def answer(scene: Scene, i: int, j: int, move: Vector, start: Vector) -> Answer:
         return _with_half_space(scene, a, b, move)
     base = origin(a)
     offset = plus(minus(origin(b), base), move)
-    if a[KIND] <= b[KIND]:
-        sigma, n, x, y = _between_cores(a, scene.shapes_a, b, scene.shapes_b, offset, start, scene.work, scene.whole)
-    else:
-        sigma, n, y, x = _between_cores(
-            b, scene.shapes_b, a, scene.shapes_a, opposite(offset), opposite(start), scene.work, scene.whole
-        )
-        n, x, y = opposite(n), plus(x, offset), plus(y, offset)
+    turned = a[KIND] > b[KIND]
+    first, shapes = (b, scene.shapes_b) if turned else (a, scene.shapes_a)
+    second, other_shapes = (a, scene.shapes_a) if turned else (b, scene.shapes_b)
+    between, way = (opposite(offset), opposite(start)) if turned else (offset, start)
+    sigma, n, x, y = _between_cores(first, shapes, second, other_shapes, between, way, scene.work, scene.whole)
+    if turned:
+        n, x, y = opposite(n), plus(y, offset), plus(x, offset)
     r, s = a[RADIUS], b[RADIUS]
     return sigma - (r + s), n, along(plus(base, x), r, n), along(plus(base, y), -s, n)

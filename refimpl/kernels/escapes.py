@@ -11,12 +11,14 @@ from __future__ import annotations
 import math
 
 from . import inlined, kernel
-from .atoms import Scene, height
+from .atoms import Scene, height, support_gap
 from .axes import three
 from .drawback import drawn_back
+from .leastmove import PLANE, shortest
 from .polytopes import Scratch
 from .polytopes_pair import write
 from .tangents import forget, learn
+from .tangents import height as height_of_tangent
 from .vectors import Vector, along, opposite, times, unit_or
 from .ways import (
     HERE,
@@ -27,9 +29,12 @@ from .ways import (
     descended,
     ended,
     freed_from_start,
+    lacks_room,
     long,
+    near_pairs,
     no_way,
     pushed,
+    respect,
     shorter,
 )
 
@@ -122,6 +127,37 @@ def escape(scene: Scene, search: Search, lower: float, tolerance: float) -> Way:
     return way
 
 
+@kernel
+def _leads_out(scene: Scene, search: Search, move: Vector, n: Vector, tolerance: float) -> bool:
+    """Whether all pairs that are near each other after a translation are apart along a direction."""
+    across = len(scene.b)
+    for k in range(near_pairs(scene, search, move, 0.0)):
+        pair = search.listed[k]
+        if support_gap(scene, pair // across, pair % across, move, n) < -tolerance:
+            return False
+    return True
+
+
+@inlined
+def _outwards(scene: Scene, search: Search, way: Way, n: Vector, tolerance: float) -> Vector:
+    """Direction in which unions that only touch come apart: `n`, if it does for all pairs, or what does.
+
+    Where several pairs touch at one place, not every normal of one of them suits the others.
+    """
+    if _leads_out(scene, search, way.move, n, tolerance):
+        return n
+    known, count = search.known, 0
+    for i in range(known.used[0]):
+        if abs(height_of_tangent(known, i, way.move)) <= tolerance and not lacks_room(search, count):
+            normal = three(known.plane, PLANE * i)
+            if _leads_out(scene, search, way.move, normal, tolerance):
+                return normal
+            count = respect(search, count, i)
+            search.planes[PLANE * count - 1] = 1.0
+    between, _, possible = shortest(search.planes, count)
+    return unit_or(between, n) if possible else n
+
+
 @inlined
 def way_out(scene: Scene, search: Search, answered: int, tolerance: float, result: Scratch) -> bool:
     """Write the answer for two unions that overlap, `RESULT` numbers; false where there is not enough room to find it.
@@ -143,6 +179,8 @@ def way_out(scene: Scene, search: Search, answered: int, tolerance: float, resul
     way, touch = drawn_back(scene, search, way, tolerance)
     depth = long(way)
     n = unit_or(way.move, three(deepest, 2))
+    if depth <= 2.0 * tolerance:
+        n = _outwards(scene, search, way, n, tolerance)
     if math.isnan(touch[0]):  # nothing is near the end of the way
         touch = three(deepest, 5)
     write(result, -depth, n, touch, along(touch, -depth, n))

@@ -2,9 +2,9 @@
 
 Every unit direction bounds the signed distance from below, by the gap along it, and every pair of points from above.
 Where the two bounds of the nearest points agree up to rounding, nothing is left to do. Otherwise the polytopes touch,
-nearly so, or overlap: the direction is taken from their features, which are known to full precision, and the widest
-gap wins. The witness points are then those at which B, moved along the direction until it touches, meets A; most
-often the features that gave the direction tell them at once.
+nearly so, or overlap, as they surely do where one holds a middle point of the other. The direction is taken from their
+features then, which are known to full precision, and the widest gap wins. The witness points are those at which B,
+moved along the direction until it touches, meets A; most often the features that gave the direction tell them at once.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from .axes import ROUNDING, crossed, some_axis, three, widest_axis
 from .polytopes import (
     CENTRE,
     FACE,
+    FACTOR,
     N_FACES,
     N_VERTICES,
     OFFSET,
@@ -176,6 +177,21 @@ def _first_axis(
 
 
 @kernel
+def _holds(geometry: Row, pose: Row, x: Vector, close: float) -> bool:
+    """Whether a polytope clearly holds a point, given relative to its pose's origin."""
+    own = (
+        pose[3] * x[0] + pose[6] * x[1] + pose[9] * x[2],
+        pose[4] * x[0] + pose[7] * x[1] + pose[10] * x[2],
+        pose[5] * x[0] + pose[8] * x[1] + pose[11] * x[2],
+    )
+    start = first_face(geometry)
+    for at in range(start, start + FACE * int(geometry[N_FACES]), FACE):
+        if dot(three(geometry, at), own) >= pose[FACTOR] * geometry[at + OFFSET] - close:
+            return False
+    return geometry[N_FACES] > 0.0
+
+
+@kernel
 def separation(
     geometry_a: Row,
     pose_a: Row,
@@ -205,7 +221,11 @@ def separation(
     size = max(place_vertices(geometry_a, pose_a, HERE, a), place_vertices(geometry_b, pose_b, offset, b))
     blur = ROUNDING * size
     start = minus(three(b, CENTRE), three(a, CENTRE)) if start == HERE else start
-    status, k, w, upper = nearest(a, b, HERE, start, blur / 2, s)
+    status, k, w, upper = MEETING, 0, HERE, 0.0
+    if not _holds(geometry_a, pose_a, three(b, CENTRE), blur) and not _holds(
+        geometry_b, pose_b, minus(three(a, CENTRE), offset), blur
+    ):
+        status, k, w, upper = nearest(a, b, HERE, start, blur / 2, s)
     if status == APART:
         return upper, w, on_first(a, s, k), on_second(b, s, k)
     best, gap = HERE, -math.inf

@@ -145,7 +145,7 @@ def _parted(scene: Scene, search: Search, pair: int, move: Vector) -> bool:
 
 
 @kernel
-def _respect(search: Search, count: int, i: int) -> int:
+def respect(search: Search, count: int, i: int) -> int:
     """Make tangent number `i` a plane that translations have to respect, after `count` others."""
     search.source[count] = i
     for k in range(PLANE):
@@ -174,7 +174,7 @@ def _blocked(scene: Scene, search: Search, move: Vector, place: int, tolerance: 
         if sigma < -tolerance:
             if sigma == -math.inf or lacks_room(search, count):
                 return -1, -math.inf
-            count = _respect(search, count, taken_at(known, pair, place))
+            count = respect(search, count, taken_at(known, pair, place))
         least = min(least, sigma)
     return count, least
 
@@ -200,7 +200,7 @@ def freed(scene: Scene, search: Search, count: int, limit: float, tolerance: flo
 def freed_from_start(scene: Scene, search: Search, deepest: bool, tolerance: float) -> Way:
     """The same from the tangent of the deepest pair on, which is the first one, or from those of all that overlap."""
     if deepest:
-        count = _respect(search, 0, 0)
+        count = respect(search, 0, 0)
     else:
         count, _ = _blocked(scene, search, HERE, START, tolerance, 0)
     return freed(scene, search, count, math.inf, tolerance) if count > 0 else no_way()
@@ -225,7 +225,7 @@ def _planes_at(scene: Scene, search: Search, way: Way) -> int:
     for k in range(count):
         if lacks_room(search, k):
             return -1
-        _respect(search, k, highest(known, search.listed[k], way.move)[0])
+        respect(search, k, highest(known, search.listed[k], way.move)[0])
     for _ in range(count):
         k = _stale(search, shortest(search.planes, count)[1], way.place)
         if k < 0:
@@ -235,7 +235,7 @@ def _planes_at(scene: Scene, search: Search, way: Way) -> int:
             if lacks_room(search, k):
                 return -1
             ask(scene, search, pair, way.move, way.place)
-        _respect(search, k, taken_at(known, pair, way.place))
+        respect(search, k, taken_at(known, pair, way.place))
     return count
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
 from refimpl.proof.claims import Bound, Claim, Common, Core, Cover, Escape, Inscribed, Near, Part, Separated
 from refimpl.proof.gaps import Sides, cover, escape, piece_of
-from refimpl.proof.rational import InvalidCertificate, index, items, rational, require, spend, vector, whole
+from refimpl.proof.rational import InvalidCertificate, index, items, rational, require, spend, surface, vector, whole
 from refimpl.proof.sets import Line, Planes, Solid, ball_in_ball
 from refimpl.proof.unions import Union
 from refimpl.proof.vectors import NONE, Exact, cross, dot, minus, root
@@ -19,23 +18,19 @@ from refimpl.proof.vectors import NONE, Exact, cross, dot, minus, root
 def _polytope(points: Sequence[Exact], triangles: Any) -> Fraction:
     """Square of the radius of a ball around 0 in the hull of `points`, proven by a closed surface.
 
-    Every directed edge must occur as often as its reverse, and every triangle must turn its inner side to 0.
-    Then the surface, seen from 0, covers every direction: it is a cycle, so it covers all directions equally
-    often, counting each triangle by its orientation, and all of them, at least one, count as +1. So no ray
-    from 0 leaves the hull before it meets some triangle, hence not within the distance of the nearest plane.
+    Every triangle must turn its inner side to 0. Then the surface, seen from 0, covers every direction: it is a
+    cycle, so it covers all directions equally often, counting each triangle by its orientation, and all of them, at
+    least one, count as +1. So no ray from 0 leaves the hull before it meets some triangle, hence not within the
+    distance of the nearest plane.
     """
-    edges: Counter[tuple[int, int]] = Counter()
     least: Bound = math.inf
-    for triangle in items(triangles, "triangles"):
+    for i, j, k in surface(triangles, "triangles", len(points)):
         spend(16)
-        i, j, k = (index(i, "triangles", len(points)) for i in items(triangle, "triangles", 3))
-        edges.update([(i, j), (j, k), (k, i)])
         (u, v, w), unit = whole([points[i], points[j], points[k]])
         normal = cross(minus(v, u), minus(w, u))
         offset = dot(normal, u)
         require(offset > 0, "triangles: one does not turn its inner side to 0")
         least = min(least, Fraction(offset * offset, dot(normal, normal) * unit * unit))
-    require(edges and all(edges[i, j] == edges[j, i] for i, j in list(edges)), "triangles: the surface is not closed")
     return Fraction(least)
 
 

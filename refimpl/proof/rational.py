@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -82,6 +83,17 @@ def index(value: Any, what: str, end: int) -> int:
     if type(value) is not int or not 0 <= value < end:
         raise InvalidCertificate(f"{what}: not one of the first {end} indices")
     return value
+
+
+def surface(value: Any, what: str, end: int) -> list[tuple[int, int, int]]:
+    """Read the triangles of a closed surface: every directed edge occurs as often as its reverse."""
+    triangles, edges = [], Counter[tuple[int, int]]()
+    for row in items(value, what):
+        i, j, k = (index(i, what, end) for i in items(row, what, 3))
+        triangles.append((i, j, k))
+        edges.update([(i, j), (j, k), (k, i)])
+    require(edges and all(edges[i, j] == edges[j, i] for i, j in list(edges)), f"{what}: the surface is not closed")
+    return triangles
 
 
 def whole(vectors: Sequence[Sequence[Number]]) -> tuple[list[Whole], int]:

@@ -7,12 +7,11 @@ they are then as far apart as their atoms. A convex proxy, and a ray, is a union
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
-from refimpl.proof.rational import index, items, require, spend, whole
+from refimpl.proof.rational import items, require, spend, surface, whole
 from refimpl.proof.reading import Fields, placed, read
 from refimpl.proof.sets import Hull, Line, Points, Solid
 from refimpl.proof.vectors import NONE, Exact, Whole, cross, dot, minus, root, times
@@ -130,13 +129,8 @@ class Union:
 
 def _mesh(shape: Any) -> Mesh:
     field = Fields(shape)
-    points, what = placed(field, "vertices"), "Polyhedron.triangles"
-    end = len(points.places)
-    rows = [items(row, what, 3) for row in items(field.values("triangles"), what)]
-    triangles = [(index(i, what, end), index(j, what, end), index(k, what, end)) for i, j, k in rows]
-    edges = Counter(edge for i, j, k in triangles for edge in ((i, j), (j, k), (k, i)))
-    require(edges and all(edges[i, j] == edges[j, i] for i, j in list(edges)), f"{what}: the surface is not closed")
-    return Mesh(points, triangles)
+    points = placed(field, "vertices")
+    return Mesh(points, surface(field.values("triangles"), "Polyhedron.triangles", len(points.places)))
 
 
 def parts_of(shape: Any, depth: int = 0) -> list[Solid | Mesh | Line]:

@@ -1,0 +1,76 @@
+"""Filing: what tasks bring home is added up in the run; nothing that a campaign finds is known in another way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from hashlib import sha256
+
+from oracles import closing
+from oracles.bench import Workshop
+from oracles.buckets import Buckets
+from oracles.clock import watch
+from oracles.ledger import settle
+from oracles.ledger.replay import Replayed
+from oracles.outcome import Kind, Outcome, Run
+from oracles.tasks import ReplayTask, ShrinkTask, Task
+
+
+class ReferenceFailed(Exception):
+    """A proof spoke against the reference; the run stops."""
+
+
+@dataclass
+class Filing:
+    """The run so far, its buckets, and what has become of the ledger's witnesses."""
+
+    run: Run
+    buckets: Buckets
+    replayed: list[Replayed] = field(default_factory=list)
+    digests: dict[str, str] = field(default_factory=dict)
+    lacking: set[str] = field(default_factory=set)
+
+    def file(self, task: Task, outcome: Outcome) -> None:
+        """Add what a task found.
+
+        Raises
+        ------
+        ReferenceFailed
+            For a finding against the reference, once it is filed.
+        """
+        run = self.run
+        self.digests[task.name] = outcome.digest
+        run.counts.update(outcome.counts)
+        run.hunters.update(outcome.hunters)
+        run.relations.update(outcome.relations)
+        run.problems += [problem for problem in outcome.problems if problem not in run.problems]
+        run.incidents += outcome.incidents
+        self.lacking |= outcome.lacking
+        for what, spent in (*outcome.timing.items(), *watch.taken().items()):
+            run.timing[what] = run.timing.get(what, 0.0) + spent
+        self._file_findings(task, outcome)
+        run.buckets = list(self.buckets.piles.values())
+        for finding in outcome.findings:
+            if finding.verdict.kind is Kind.REFERENCE_WRONG:
+                raise ReferenceFailed(finding.verdict.claim)
+
+    def _file_findings(self, task: Task, outcome: Outcome) -> None:
+        if isinstance(task, ShrinkTask):
+            whole = len(outcome.findings) == len(task.findings)
+            self.buckets.rekey(task.findings, outcome.findings if whole else task.findings)
+            return
+        for finding in outcome.findings:
+            self.buckets.add_proven(finding)
+        for key, (number, worst) in outcome.counted.items():
+            self.buckets.add_counted(key, number, worst)
+        if isinstance(task, ReplayTask) and (replayed := task.replayed(outcome)):
+            self.replayed.append(replayed)
+
+    def settle(self, shop: Workshop) -> None:
+        """Put the buckets in order, with scripts and with what the ledger says of them."""
+        run = self.run
+        run.buckets = self.buckets.sorted()
+        settle(run, self.buckets.ledger, self.replayed)
+        closing.write_scripts(run, shop)
+        shop.library.lacking |= self.lacking
+        run.models = shop.library.account()
+        run.digest = sha256("".join(f"{n} {d}\n" for n, d in sorted(self.digests.items())).encode()).hexdigest()
