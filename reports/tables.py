@@ -136,7 +136,9 @@ def supported(run: Run) -> list[CellKey]:
 
 def summary(run: Run) -> Table:
     """Verdicts per engine, and per engine and query."""
-    kinds = [Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.INCONSISTENT, Kind.CRASHED, Kind.TIMED_OUT, Kind.UNDECIDED]
+    kinds = [Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.UNDECIDED]
+    if run.total(kinds=(Kind.INCONSISTENT,)):
+        kinds.insert(3, Kind.INCONSISTENT)
     per_engine, per_query, own = grouped(run, "engine"), grouped(run, "engine", "query"), audit(run)
     if any(verdicts[Kind.REFERENCE_WRONG] for verdicts in (own, *per_engine.values())):
         kinds.append(Kind.REFERENCE_WRONG)
