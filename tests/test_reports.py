@@ -379,3 +379,7 @@ def test_answers_that_contradict_each_other_are_reported_with_both_scenes() -> N
         assert "distance = 1.25" in shown
     assert "engines write each pair once" in text
     assert Kind.INCONSISTENT.value in page
+    data = summary.run_data(run)
+    assert data["buckets"][0]["related"]["relation"] == "swapped"
+    assert data["buckets"][0]["related"]["scene"]["id"] == other.id
+    assert {entry["count"] for entry in data["relations"]} == {7}
