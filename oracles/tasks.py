@@ -131,7 +131,7 @@ class ReplayTask(Task):
         bench, scene = shop.bench(self.witness.engine), self.witness.scene
         outcome = Outcome(hunters=Counter({"replay": 1}))
         with timed("replay"):
-            found = replay(self.witness, bench.ask, bench.judges)
+            found = replay(self.witness, bench)
         outcome.counts[bench.name, scene.query, scene.cell.pair, scene.regime, found.kind] += 1
         if found.finding is not None:
             outcome.findings.append(found.finding)
