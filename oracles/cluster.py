@@ -57,5 +57,5 @@ class Cluster(Executor):
         """Leave the cluster, and leave nothing behind on it: engines end when the task at hand is done."""
         self._pool.shutdown(wait=wait and not cancel_futures)
         with suppress(OSError, RuntimeError, TimeoutError):
-            self._client.run(release, wait=False)
+            self._client.run(release)
         self._client.close()

@@ -89,6 +89,7 @@ class Impatient:
     def advanced(self, run: Run, elapsed: float) -> None:
         self.left -= 1
         if self.left <= 0:
+            self.since = time.monotonic()
             raise KeyboardInterrupt
 
 
@@ -369,11 +370,11 @@ def test_a_dask_cluster_of_which_a_worker_is_killed(
 
 @pytest.mark.filterwarnings("default")
 def test_a_dask_cluster_is_left_as_it_was(cluster: Any) -> None:
-    began = time.monotonic()
-    run = campaign(Cluster(cluster.scheduler_address), passes=None, budget=600.0, listener=Impatient(5))
+    impatient = Impatient(2)
+    run = campaign(Cluster(cluster.scheduler_address), passes=None, budget=600.0, listener=impatient)
+    assert time.monotonic() - impatient.since < 20
     assert run.interrupted
     assert run.buckets
-    assert time.monotonic() - began < 60
     for nanny in cluster.workers.values():
         engines = [p for p in below(nanny.pid) if b"oracles.isolation" in Path(f"/proc/{p}/cmdline").read_bytes()]
         assert all(gone(process) for process in engines)
