@@ -76,7 +76,7 @@ class CrossingDropped(Planted):
         return []
 
 
-@wrong(DISTANCE, "Capsule–Capsule", LONG)
+@wrong(DISTANCE, "Capsule–Capsule", LONG, STUCK)
 class ClampedApart(Planted):
     """Both lines' nearest points are clamped, each for itself: after the first clamp the second is another."""
 

@@ -163,17 +163,17 @@ class NotANumberAfterOverlap(Planted):
 
 @wrong(DISTANCE, "Sphere–HalfSpace", LONG, SHORT)
 class BufferReused(Planted):
-    """Stale state: the radius is kept in a buffer of ten, of which one place is written a call late."""
+    """Stale state: the radius is kept in a buffer of a hundred, of which one place is written a call late."""
 
     remembers = True
 
     def __init__(self) -> None:
-        self.radii, self.calls = [1.0] * 10, 0
+        self.radii, self.calls = [1.0] * 100, 0
 
     def ball_plane(self, a: Ball, b: Plane) -> Gap:
-        place = self.calls % 10
+        place = self.calls % 100
         self.calls += 1
-        if place != 7:
+        if place != 77:
             self.radii[place] = a.radius
         gap = super().ball_plane(a._replace(radius=self.radii[place]), b)
         self.radii[place] = a.radius
