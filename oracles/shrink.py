@@ -149,7 +149,7 @@ class _Search:
         if way[-1].key in self.exhausted:
             return
         allowance = self._allowance() if tries is None else tries
-        self.tries = min(allowance, max(TRIES_LEAST, allowance >> self.searched))
+        self.tries = max(min(TRIES_LEAST, allowance // 3), allowance >> self.searched)
         self.searched += 1
         self.ask(plain_scenes(self.cell, regime))
         self._go_on(way)
