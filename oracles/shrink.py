@@ -38,9 +38,9 @@ from oracles.simpler import batch_of, by_form, kept_apart, moved, several_change
 
 TRIES = 1600
 """Scenes that are put before an engine for one finding; for each further one of the same symptom half as many."""
-TRIES_SEARCHED = 500
+TRIES_SEARCHED = 300
 """Where the judge has to search for each answer."""
-TRIES_FORMED = 250
+TRIES_FORMED = 180
 """Where making a proxy takes time as well: hulls, slabs, meshes, composites."""
 TRIES_RELATED = 100
 """Where a relation between two scenes is broken: each try asks the engine twice, on its own."""
@@ -149,7 +149,7 @@ class _Search:
         if way[-1].key in self.exhausted:
             return
         allowance = self._allowance() if tries is None else tries
-        self.tries = min(allowance, max(TRIES_LEAST, allowance >> self.searched))
+        self.tries = max(min(TRIES_LEAST, allowance // 3), allowance >> self.searched)
         self.searched += 1
         self.ask(plain_scenes(self.cell, regime))
         self._go_on(way)
