@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -96,6 +96,18 @@ class Failing:
 def failing(finding: Finding) -> Failing:
     """The finding's own scene."""
     return Failing(finding.scene, finding.verdict.amount)
+
+
+def come_together(findings: Sequence[Finding]) -> list[Finding]:
+    """For each of some findings with one symptom in one cell the best of them that may show the same fault."""
+    own = [failing(finding) for finding in findings]
+    ends = []
+    for start in own:
+        end, better = start, start.best_of(own)
+        while better is not None:
+            end, better = better, better.best_of(own)
+        ends.append(findings[own.index(end)])
+    return ends
 
 
 def _distance_from_one(scene: Scene) -> int:

@@ -65,7 +65,7 @@ def outcome_from_json(data: Any) -> Outcome:
             lacking=set(_texts(data["lacking"])),
             digest=_text(data["digest"]),
         )
-    except (LookupError, TypeError, AttributeError) as error:
+    except (LookupError, TypeError, AttributeError, OverflowError) as error:
         raise ValueError(f"not an outcome: {error!r}") from None
 
 

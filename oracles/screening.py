@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from oracles.claims import NEITHER, NOT_A_NUMBER, Questioned
 from oracles.engine import Answers, Status
 from oracles.outcome import Kind
+from oracles.reference import is_quick
 from oracles.rules import Rules
 from oracles.scene import Cell
 from refimpl import Proxy
@@ -24,7 +25,7 @@ from refimpl.linear import Array, Bools
 
 TINY = np.finfo(float).tiny
 FEW = 4
-"""Where less than one row in so many is suspect, only those are tried on the effective shapes."""
+"""Where less than one row in so many is suspect, and pairs are quick, the others are left out altogether."""
 TIMED_OUT, CRASHED, RAISED = "no answer in time", "process lost", "error raised"
 
 _LOST = {
@@ -188,8 +189,7 @@ def screen(rules: Rules, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Sc
     wrong = np.flatnonzero(sides.violated.any(axis=0) & ~nominal.unusable)
     if wrong.size:
         ours = sides.take(wrong)
-        part = nominal.take(wrong) if FEW * wrong.size < len(a) else nominal
-        theirs, same = _effectively(rules, cell, part, wrong, ours)
+        theirs, same = _effectively(rules, cell, nominal, wrong, ours)
         excused = rules.excused_inside(cell, nominal.take(wrong))
         if not same:
             found.error[wrong] = np.fmin(found.error[wrong], theirs.error)
@@ -198,17 +198,17 @@ def screen(rules: Rules, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Sc
 
 
 def _effectively(
-    rules: Rules, cell: Cell, part: Questioned, wrong: NDArray[np.int_], ours: Sides
+    rules: Rules, cell: Cell, nominal: Questioned, wrong: NDArray[np.int_], ours: Sides
 ) -> tuple[Sides, bool]:
     """The sides of the rows that are `wrong` on the shapes that the engine uses, and whether these are the given ones.
 
-    Of whole batches, whose shapes other queries and engines ask about too, what is known of them is kept.
+    The shapes are made for the whole batch, so that other queries and engines find them, and what is known of them.
     """
-    effective = rules.effectively(cell, part.a, part.b, part.answers)
-    if effective.a is part.a and effective.b is part.b:
+    effective = rules.effectively(cell, nominal.a, nominal.b, nominal.answers)
+    if effective.a is nominal.a and effective.b is nominal.b:
         return ours, True
-    if len(part.a) == len(wrong):
-        return Sides.of(rules, cell, effective), False
+    if FEW * wrong.size < len(nominal.a) and is_quick(type(effective.a), type(effective.b)):
+        return Sides.of(rules, cell, effective.take(wrong)), False
     return Sides.of(rules, cell, effective.only(wrong)).take(wrong), False
 
 

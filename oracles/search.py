@@ -143,7 +143,6 @@ class Search(Generic[T]):
         """Have Hypothesis call `step`; failures end it, and are no news."""
         kept = None if self.database is None else DirectoryBasedExampleDatabase(self.database)
 
-        @hypothesis.seed(seed)
         @settings(
             max_examples=examples,
             database=kept,
@@ -153,6 +152,7 @@ class Search(Generic[T]):
             report_multiple_bugs=Phase.reuse in phases,  # or generation goes on, for up to ten seconds of the clock
             print_blob=False,
         )
+        @hypothesis.seed(seed)  # below the settings: it takes the database away
         @given(example=strategy)
         def search(example: T) -> None:
             step(example)

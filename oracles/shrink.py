@@ -38,9 +38,9 @@ from oracles.simpler import batch_of, by_form, kept_apart, moved, several_change
 
 TRIES = 1600
 """Scenes that are put before an engine for one finding; for each further one of the same symptom half as many."""
-TRIES_SEARCHED = 800
+TRIES_SEARCHED = 500
 """Where the judge has to search for each answer."""
-TRIES_FORMED = 400
+TRIES_FORMED = 250
 """Where making a proxy takes time as well: hulls, slabs, meshes, composites."""
 TRIES_RELATED = 100
 """Where a relation between two scenes is broken: each try asks the engine twice, on its own."""
@@ -182,8 +182,8 @@ class _Search:
 
     def _improve_jointly(self, way: list[Failing]) -> bool:
         """Have Hypothesis look for several numbers that can be made simpler together, where many are odd."""
-        best = way[-1]
-        if odd_numbers(best.scene) <= AT_A_GLANCE or best.scene.motion is not None:
+        best, formed = way[-1], any(kind.header for kind in (self.cell.type_a, self.cell.type_b))
+        if odd_numbers(best.scene) <= AT_A_GLANCE or best.scene.motion is not None or formed:
             return False
 
         def is_better(scene: Scene) -> bool:

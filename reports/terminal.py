@@ -21,13 +21,13 @@ from reports import findings, tables, text
 
 STYLES = {
     "wrong": "red",
+    "inconsistent": "red",
     "crashed": "magenta",
     "timed-out": "magenta",
-    "inconsistent": "red",
     "reference-wrong": "bold red",
     "problem": "yellow",
 }
-SHOWN = (Kind.AGREES, Kind.CONVENTION, Kind.UNDECIDED, Kind.WRONG, Kind.INCONSISTENT, Kind.CRASHED, Kind.TIMED_OUT)
+SHOWN = (Kind.AGREES, Kind.CONVENTION, Kind.UNDECIDED, Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT)
 MOST_BUCKETS = 10
 DIGITS = 16
 """Of the digest, enough to tell two runs apart; `run.json` has them all."""

@@ -23,6 +23,7 @@ from oracles.scene import DISTANCE
 from oracles.worker import EngineWorker
 from refimpl.shapes import Sphere
 from tests import hostile_engines as hostile
+from tests import ill_mannered_engines as ill_mannered
 from tests.wrong_engines import spec
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits of memory and processes read /proc")
@@ -209,7 +210,7 @@ def test_tricks_among_thousands_of_scenes_cost_themselves_only(shared: EngineWor
 
 
 def test_a_loss_that_a_fresh_process_does_not_repeat_stays_that_of_its_scene() -> None:
-    with EngineWorker(spec(hostile.DiesOfItsPast)) as at_work:
+    with EngineWorker(spec(ill_mannered.DiesOfItsPast)) as at_work:
         answers = ask(at_work, *[-1.0] * 600)
         (lost,) = np.flatnonzero(answers.status).tolist()
         assert lost == 499
@@ -217,6 +218,14 @@ def test_a_loss_that_a_fresh_process_does_not_repeat_stays_that_of_its_scene() -
         assert re.fullmatch(
             r"the process was ended by SIGABRT \(Aborted\).*; not again in a fresh process", answers.errors[lost]
         )
+
+
+def test_shared_memory_that_is_written_over_is_not_believed(shared: EngineWorker) -> None:
+    answers = ask(shared, -1.0, -2.0, hostile.number_of("writes_over_shared_memory"), -3.0)
+    assert set(answers.status[:2]) == {Status.CRASHED}
+    assert set(answers.status[2:]) <= {Status.ANSWERED, Status.CRASHED, Status.ERROR}
+    assert "the engine's process wrote over the memory that it shares with the harness" in answers.errors.values()
+    assert play(shared, "aborts")[0] == Status.CRASHED
 
 
 # -- memory --------------------------------------------------------------------------------------------------
@@ -366,11 +375,11 @@ def test_kills_at_any_moment_lose_nothing(patient: EngineWorker) -> None:
 @pytest.mark.parametrize(
     ("engine", "text"),
     [
-        (hostile.HangsOnWarm, "did not start within 3 s"),
-        (hostile.LeaksOnWarm, "used more than 400 MiB to start"),
-        (hostile.LeavesOnWarm, "cannot be started: SystemExit: 3"),
-        (hostile.RaisesOnSupport, "RaisesOnSupport.support, asked about"),
-        (hostile.RubbishSays, "RubbishSays.says, asked about"),
+        (ill_mannered.HangsOnWarm, "did not start within 3 s"),
+        (ill_mannered.LeaksOnWarm, "used more than 400 MiB to start"),
+        (ill_mannered.LeavesOnWarm, "cannot be started: SystemExit: 3"),
+        (ill_mannered.RaisesOnSupport, "RaisesOnSupport.support, asked about"),
+        (ill_mannered.RubbishSays, "RubbishSays.says, asked about"),
     ],
 )
 def test_an_engine_that_cannot_be_imported(engine: type[Engine], text: str) -> None:
@@ -378,7 +387,7 @@ def test_an_engine_that_cannot_be_imported(engine: type[Engine], text: str) -> N
         EngineWorker(spec(engine), memory_limit=400 * MIB, start_limit=3.0)
 
 
-@pytest.mark.parametrize("engine", [hostile.PrintsOnWarm, hostile.ForksOnWarm])
+@pytest.mark.parametrize("engine", [ill_mannered.PrintsOnWarm, ill_mannered.ForksOnWarm])
 def test_an_engine_that_prints_or_forks_when_imported(engine: type[Engine]) -> None:
     with EngineWorker(spec(engine), 0.3) as at_work:
         assert play(at_work, "aborts")[0] == Status.CRASHED
@@ -386,7 +395,7 @@ def test_an_engine_that_prints_or_forks_when_imported(engine: type[Engine]) -> N
 
 
 def test_a_state_set_by_the_import_is_the_engine_s_own() -> None:
-    with EngineWorker(spec(hostile.RoundsUpFromTheStart)) as at_work:
+    with EngineWorker(spec(ill_mannered.RoundsUpFromTheStart)) as at_work:
         assert ask(at_work, -1.0, -2.0).distance.tolist() == [hostile.FE_UPWARD] * 2
 
 

@@ -291,7 +291,10 @@ def test_ctrl_c_within_a_call_that_takes_long(tmp_path: Path, workers: str) -> N
     """An engine that sleeps for seconds, in the bulk and below Hypothesis."""
     options = ("--budget", "600", "--workers", workers, "--call-limit", "60", "--out", "out")
     with started(tmp_path, *options, engine=Slow) as process:
-        time.sleep(6)
+        while not (tmp_path / "out" / "manifest.json").exists():  # written when the engines have started
+            assert process.poll() is None, process.communicate()[0]
+            time.sleep(0.05)
+        time.sleep(1)
         os.killpg(process.pid, signal.SIGINT)
         began = time.monotonic()
         printed = process.communicate(timeout=30)[0]
@@ -307,7 +310,7 @@ def test_ctrl_c_within_a_call_that_takes_long(tmp_path: Path, workers: str) -> N
 def small_disk(tmp_path: Path) -> Iterator[Path]:
     place = tmp_path / "disk"
     place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=48k", "tmpfs", str(place)]
+    mount = ["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", str(place)]
     if subprocess.run(mount, capture_output=True, check=False).returncode:
         pytest.skip("may not mount a small disk here")
     yield place
@@ -328,7 +331,8 @@ def test_a_full_disk_ends_the_record_and_not_the_run(undisturbed: Run, small_dis
 
 
 def test_a_report_for_which_there_is_no_room_is_shown_all_the_same(tmp_path: Path, small_disk: Path) -> None:
-    with started(tmp_path, "--passes", "2", "--workers", "0", "--out", str(small_disk)) as process:
+    (small_disk / "ballast").write_bytes(b"x" * 188_000)
+    with started(tmp_path, "--passes", "1", "--workers", "0", "--out", str(small_disk)) as process:
         printed = process.communicate(timeout=120)[0]
     assert process.returncode == 1, printed
     assert "the report is not written" in printed
