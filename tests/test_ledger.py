@@ -40,7 +40,7 @@ def own(tmp_path: Path) -> Path:
 def proxyproof(tmp_path: Path, *more: str, pair: str = PAIR) -> tuple[int, dict[str, Any]]:
     """Run the command line on the switched engine; gives the exit status and what stands in `run.json`."""
     out = tmp_path / "report"
-    run = ["run", "--engine", spec(Switched), "--pair", pair, "--budget", "1e-9", "--workers", "0", "--out", str(out)]
+    run = ["run", "--engine", spec(Switched), "--pair", pair, "--passes", "1", "--workers", "0", "--out", str(out)]
     status = cli.main([*run, *more])
     return status, json.loads((out / "run.json").read_text("utf-8"))
 
@@ -249,7 +249,7 @@ def test_entries_of_a_list_that_is_not_ours_are_retired(fault: Any, own: Path, t
 def _run(ledger: Ledger) -> Run:
     from oracles.campaign import run_campaign  # noqa: PLC0415  as the command line does
 
-    return run_campaign([spec(Switched)], budget=1e-9, seed=0, pairs=[PAIR], ledger=ledger)
+    return run_campaign([spec(Switched)], budget=1.0, passes=1, seed=0, pairs=[PAIR], ledger=ledger)
 
 
 # -- the reference -------------------------------------------------------------------------------------------
