@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from oracles.clumsiness import clumsiness
 from oracles.degeneracy import degeneracy
 from oracles.ledger.files import Ledger
+from oracles.likeness import come_together
 from oracles.outcome import Bucket, BucketKey, CountedKey, Finding, Kind, Severity
 from oracles.words import decade_of
 
@@ -91,14 +92,15 @@ class Buckets:
         self.ends.update((key_of(old), new) for old, new in zip(findings, shrunk, strict=True))
 
     def sorted(self) -> list[Bucket]:
-        """Piles whose witnesses have been shrunk to scenes of one key, as one.
+        """Piles whose witnesses have been shrunk to scenes of one key, or of which one may be the other's, as one.
 
         A bucket is expected when the ledger explains all of its piles, by what was found or by what it was shrunk to.
         Reference faults come first, then new before known, graver before lighter, more frequent before rarer.
         """
         merged: dict[BucketKey, Bucket] = {}
+        ends = self._ends()
         for pile in self._with_counted():
-            end = self.ends.get(_key_of_pile(pile), pile.witness)
+            end = ends[_key_of_pile(pile)]
             key, entry = key_of(end), self._entry(end) or pile.entry
             bucket = merged.get(key)
             if bucket is None:
@@ -114,6 +116,21 @@ class Buckets:
         """Name of the ledger's entry that explains a finding; None when it is new."""
         entry = self.ledger.match(finding.engine, finding.scene, finding.verdict)
         return entry.name if entry else None
+
+    def _ends(self) -> dict[BucketKey, Finding]:
+        """What the witness of each pile comes to: what it has been shrunk to, and from there the best that is like it.
+
+        So piles come together also where there was no time to shrink; what is new only with what is new as well.
+        """
+        ends = {key: self.ends.get(key, pile.witness) for key, pile in sorted(self.piles.items(), key=str)}
+        groups: dict[tuple[object, ...], list[BucketKey]] = {}
+        for key, end in ends.items():
+            if end.repeats and not end.related and end.verdict.kind is not Kind.REFERENCE_WRONG:
+                same = *key_of(end)[:4], end.verdict.kind, self._entry(end)
+                groups.setdefault(same, []).append(key)
+        for keys in groups.values():
+            ends.update(zip(keys, come_together([ends[key] for key in keys]), strict=True))
+        return ends
 
     def _with_counted(self) -> list[Bucket]:
         """Copies of the piles, with what has been counted added to the nearest of the same cell and symptom.

@@ -41,18 +41,17 @@ GIVE_UP_AFTER = 1
 class Proofs:
     """Which suspects of a task are proven one by one: proofs cost milliseconds, of searches a hundred.
 
-    Of findings that look alike the first are: of each decade of the error, and of each regime where proofs are quick.
-    The rest is counted.
+    Of findings that look alike the first two of each decade of the error are; where proofs are quick, the first of each
+    decade and of each regime. The rest is counted.
     """
 
-    alike: int = 2
     _tried: Counter[tuple[object, ...]] = field(default_factory=Counter)
 
     def wanted(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
         quick = is_quick(cell.type_a, cell.type_b) and cell.query != IMPACT
         kinds = [(engine, cell, symptom, decade), *([(engine, cell, symptom, regime)] if quick else [])]
-        new = any(self._tried[kind] < self.alike for kind in kinds)
+        new = any(self._tried[kind] < (1 if quick else 2) for kind in kinds)
         if new:
             self._tried.update(kinds)
         return new

@@ -22,7 +22,7 @@ from oracles.buckets import Buckets
 from oracles.clock import timed
 from oracles.executors import Here, room
 from oracles.filing import Filing, ReferenceFailed
-from oracles.interrupts import held
+from oracles.interrupts import held, ignored
 from oracles.ledger import Ledger
 from oracles.outcome import Outcome, Run
 from oracles.scene import Cell, cells_of
@@ -271,11 +271,13 @@ def run_campaign(
         if listener is not None:
             listener.started(run.engines, len(run.support))
         _survive(campaign)
-        campaign.finish()
+        with ignored():
+            campaign.finish()
         return run
     finally:
-        executor.shutdown(cancel_futures=True)
-        close_workshop()
+        with ignored():
+            executor.shutdown(cancel_futures=True)
+            close_workshop()
 
 
 def _survive(campaign: Campaign) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from oracles.bench import Workshop
 from oracles.engine import Engine
 from oracles.impact_regimes import is_of_impacts
-from oracles.outcome import ANSWERED, Kind, Run
+from oracles.outcome import ANSWERED, Finding, Kind, Run
 from oracles.scene import IMPACT, Scene
 
 
@@ -14,7 +14,16 @@ def write_scripts(run: Run, shop: Workshop) -> None:
     engines = {bench.name: bench.engine for bench in shop.benches}
     for bucket in run.buckets:
         if bucket.engine in engines:
-            bucket.repro = _script(engines[bucket.engine], bucket.witness.scene)
+            bucket.repro = _scripts(engines[bucket.engine], bucket.witness)
+
+
+def _scripts(engine: Engine, finding: Finding) -> str:
+    """The script of a finding, followed by that of the scene whose answer contradicts it."""
+    first = _script(engine, finding.scene)
+    if finding.related is None:
+        return first
+    second = f"# The same engine on the related scene ({finding.related.relation}):"
+    return f"{first.rstrip()}\n\n{second}\n{_script(engine, finding.related.scene)}"
 
 
 def _script(engine: Engine, scene: Scene) -> str:

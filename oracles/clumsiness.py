@@ -9,6 +9,9 @@ from refimpl.shapes import Polyhedron
 PLAIN = frozenset({0.0, 1.0, -1.0, 0.5, 2.0})
 """Numbers that a reader does not have to read."""
 
+AT_A_GLANCE = 3
+"""Other numbers that a reader takes in at a glance."""
+
 Clumsiness = tuple[int, int]
 
 

@@ -25,6 +25,9 @@ T = TypeVar("T")
 TRIES = 3
 """Processes that one task may cost before it is given up."""
 
+THREADS = ("PROXYPROOF_THREADS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""A process of a crew keeps to one processor: the others have theirs."""
+
 SPAWN = multiprocessing.get_context("spawn")
 """Nothing is inherited: neither threads, nor locks, nor open files."""
 
@@ -181,6 +184,7 @@ def room(executor: Executor) -> int:
 
 def _serve(connection: Connection) -> None:
     """Make the calls that come, in a process of a crew."""
+    os.environ.update(dict.fromkeys(THREADS, "1"))  # before anything that has threads is imported
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the campaign, which then ends this process
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with suppress(EOFError, OSError):

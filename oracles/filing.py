@@ -41,6 +41,7 @@ class Filing:
         self.digests[task.name] = outcome.digest
         run.counts.update(outcome.counts)
         run.hunters.update(outcome.hunters)
+        run.relations.update(outcome.relations)
         run.problems += [problem for problem in outcome.problems if problem not in run.problems]
         run.incidents += outcome.incidents
         self.lacking |= outcome.lacking

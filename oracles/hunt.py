@@ -19,7 +19,7 @@ from oracles.scene import Cell, Scene
 from oracles.screening import KINDS, Screening
 from oracles.search import Enough, Search
 from oracles.sheets import Row, Sheet
-from oracles.steering import steer
+from oracles.steering import strain
 from oracles.strategies import scenes
 from oracles.words import decade_of
 
@@ -28,6 +28,8 @@ MANY_SCENES, MANY_PROOFS = 500, 60
 """Scenes and proofs of a hunt, the steps of shrinking included: numbers and no deadline, so that the same seed brings
 the same on any machine."""
 STOP_AFTER_LOSSES = 2
+MOST_OF_ONE = 2
+"""Kinds of failures of one symptom for which a search stops to shrink them; of others one is proven, and it goes on."""
 
 
 @dataclass
@@ -38,7 +40,8 @@ class _Attack:
     digest: hashlib._Hash = field(default_factory=hashlib.sha256)
     proven: dict[str, Finding] = field(default_factory=dict)
     simplest: dict[str, tuple[Scene, Answers]] = field(default_factory=dict)
-    symptoms: set[str] = field(default_factory=set)
+    symptoms: dict[str, set[str]] = field(default_factory=dict)
+    """The kinds of failures of each symptom, that are shrunk."""
     rows: list[Row] = field(default_factory=list)
     losses: int = 0
     proofs: int = 0
@@ -53,13 +56,17 @@ class _Attack:
         answers = self.bench.ask(scene)
         add_to_digest(self.digest, self.bench.name, cell, answers)
         with timed("judge"):
-            steer(self.bench.engine, scene, answers, self.symptoms)
-            screening = self.bench.judges.screen(cell, scene.a[None], scene.b[None], motion, answers)
-        kind, found = screening.kind[0], None
-        if kind in SUSPECT:
-            kind, found = self._weigh(scene, answers, screening)
+            strained = strain(self.bench.engine, scene, answers)
+            strained.steer(self.symptoms)
+        kind, symptom, amount, found = Kind.AGREES, "", 0.0, None
+        if not strained.calm:
+            with timed("judge"):
+                screening = self.bench.judges.screen(cell, scene.a[None], scene.b[None], motion, answers)
+            kind, symptom, amount = screening.kind[0], screening.symptom[0], float(screening.amount[0])
+            if kind in SUSPECT:
+                kind, found = self._weigh(scene, answers, screening)
         proven = kind in FINDINGS
-        said = screening.symptom[0], float(screening.amount[0]), float(screening.pressure[0])
+        said = symptom, amount, max(0.0, strained.worst)
         self.rows.append(Row(scene.regime, tried, int(answers.status[0]), KINDS.index(kind), *said, scene.size, proven))
         if not proven:
             self.outcome.counts[self.bench.name, cell.query, cell.pair, scene.regime, kind] += 1
@@ -76,9 +83,16 @@ class _Attack:
             simplest = self.simplest.get(name, (self.proven[name].scene, answers))[0]
             if clumsiness(scene) < clumsiness(simplest):
                 self.simplest[name] = scene, answers
-            return Kind.WRONG, name
+            return Kind.WRONG, self._shown(name, screening)
         kind = self._prove(name, scene, answers)
-        return kind, name if kind in (Kind.WRONG, Kind.REFERENCE_WRONG) else None
+        return kind, self._shown(name, screening) if kind in (Kind.WRONG, Kind.REFERENCE_WRONG) else None
+
+    def _shown(self, name: str, screening: Screening) -> str | None:
+        """The kind of a failure, unless there are enough of its symptom: no bug may take up the whole search."""
+        kinds = self.symptoms.setdefault(str(screening.symptom[0]), set())
+        if len(kinds) < MOST_OF_ONE:
+            kinds.add(name)
+        return name if name in kinds else None
 
     def _prove(self, name: str, scene: Scene, answers: Answers) -> Kind:
         self.proofs += 1
@@ -89,7 +103,6 @@ class _Attack:
             known = self.proven.get(name)
             if known is None or clumsiness(scene) < clumsiness(known.scene):
                 self.proven[name] = finding_of(self.bench.name, scene, answers, verdict)
-            self.symptoms.add(verdict.symptom)
         return verdict.kind
 
     def findings(self) -> list[Finding]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
@@ -54,25 +54,25 @@ def remembered() -> Iterator[list[int]]:
     The list within the block is to be looked at now and then; whatever is in it at the end raises KeyboardInterrupt.
     """
     came: list[int] = []
-    before: dict[int, Any] = {number: signal.getsignal(number) for number in STOPS}
+    handlers: dict[int, Any] = {number: signal.getsignal(number) for number in STOPS}
+    raising = [number for number in STOPS if callable(handlers[number])]
 
     def note(number: int, frame: FrameType | None) -> None:
         came.append(number)
-        if callable(before[number]):
-            before[number](number, frame)
+        handlers[number](number, frame)
 
-    with _handled(note) if all(map(callable, before.values())) else nullcontext():
+    with _handled(note, raising):
         yield came
     if came:
         raise KeyboardInterrupt(signal.Signals(came[0]).name)
 
 
 @contextmanager
-def _handled(handler: Any) -> Iterator[None]:
+def _handled(handler: Any, numbers: Sequence[signal.Signals] = STOPS) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, handler) for number in STOPS}
+    before = {number: signal.signal(number, handler) for number in numbers}
     try:
         yield
     finally:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from oracles.clumsiness import Clumsiness, clumsiness, numbers_in
+from oracles.clumsiness import AT_A_GLANCE, Clumsiness, clumsiness, numbers_in
 from oracles.degeneracy import FREE, features, length_of
 from oracles.outcome import Finding
 from oracles.scene import Scene
@@ -60,10 +60,11 @@ class Failing:
         return 0 if decade is None else max(0, GROSS - decade)
 
     @cached_property
-    def plainness(self) -> tuple[int, int, Clumsiness, float, list[float]]:
+    def plainness(self) -> tuple[int, int, int, Clumsiness, float, list[float]]:
         """What is better comes first, among scenes that are as special as each other."""
         simple = clumsiness(self.scene)
-        return _distance_from_one(self.scene), self.slightness, simple, -self.amount, numbers_in(self.scene)
+        beyond = max(0, simple[0] - AT_A_GLANCE)
+        return _distance_from_one(self.scene), beyond, self.slightness, simple, -self.amount, numbers_in(self.scene)
 
     @property
     def _has_amount(self) -> bool:
@@ -95,6 +96,18 @@ class Failing:
 def failing(finding: Finding) -> Failing:
     """The finding's own scene."""
     return Failing(finding.scene, finding.verdict.amount)
+
+
+def come_together(findings: Sequence[Finding]) -> list[Finding]:
+    """For each of some findings with one symptom in one cell the best of them that may show the same fault."""
+    own = [failing(finding) for finding in findings]
+    ends = []
+    for start in own:
+        end, better = start, start.best_of(own)
+        while better is not None:
+            end, better = better, better.best_of(own)
+        ends.append(findings[own.index(end)])
+    return ends
 
 
 def _distance_from_one(scene: Scene) -> int:

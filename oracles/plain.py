@@ -19,7 +19,7 @@ from refimpl.linear import Array
 ROUND = (0.0, 0.0, 0.0, 1.0, -1.0, 0.5, 2.0, -0.5, -2.0)
 """What is drawn where any number will do; 0 most often, so that much stands along the axes."""
 USUAL = ("aligned", "generic", "touching", "face_on_face")
-FORMS, EACH = 4, 8
+FORMS, EACH = 3, 8
 FORMS_OF_IMPACTS = 2
 """Batches of each regime, in each of which all proxies have one form, and scenes in a batch."""
 

@@ -165,29 +165,43 @@ def _one_changed(name: str, vector: Array) -> Iterator[dict[str, Array]]:
 
 
 def restaged(scene: Scene) -> Iterator[Scene]:
-    """The same motion, as seen along the normal, of the plain bodies of the cell; exact, and in rounder numbers."""
+    """The same motion, as seen along the normal, of the plain bodies of the cell: rounded, or closing as fast.
+
+    Or up to a hundred times as fast, for errors that grow with it.
+    """
     motion = scene.motion
     assert motion is not None
+    closing = float(motion.closing / np.linalg.norm(motion.normal))
     for touch in TOUCHES.get((type(scene.a), type(scene.b)), ()):
-        turn = _turn(motion.normal, np.array(touch.normal))
-        for decimals in (0, 1, 2, 15):
-            bodies = []
-            for body, shape in zip(motion.bodies, (touch.a, touch.b), strict=True):
-                fixed = isinstance(shape, HalfSpace)
-                spin = np.round(turn @ body.angular_velocity, decimals) * (0.0 if touch.flat else 1.0)
-                bodies.append(
-                    Moving(
-                        np.zeros(3) if fixed else shape.reference_point,
-                        np.round(turn @ body.velocity, decimals) + 0.0,
-                        spin + 0.0,
-                        np.asarray(float(f"{float(body.inverse_mass):.{min(decimals, 2)}e}")),
-                        np.eye(3),
-                    )
-                )
-            friction = np.asarray(0.0 if touch.flat else np.round(motion.friction, max(decimals, 1)))
-            share = np.round(motion.restitution, max(decimals, 1))
-            contact = np.array(touch.point), np.array(touch.normal)
-            yield replace(scene, a=touch.a, b=touch.b, motion=Motion(bodies[0], bodies[1], *contact, share, friction))
+        for decimals in (0, 1, 2):
+            yield replace(scene, a=touch.a, b=touch.b, motion=_on_plain_bodies(motion, touch, decimals))
+        for decimals in (0, 1, 15):
+            staged = _on_plain_bodies(motion, touch, decimals)
+            for factor in (1.0, 10.0, 100.0):
+                yield replace(scene, a=touch.a, b=touch.b, motion=_closing_at(staged, factor * closing))
+
+
+def _on_plain_bodies(motion: Motion, touch: Touch, decimals: int) -> Motion:
+    """The motion turned to another normal, of unit inertia, and rounded."""
+    turn, bodies = _turn(motion.normal, np.array(touch.normal)), []
+    for body, shape in zip(motion.bodies, (touch.a, touch.b), strict=True):
+        fixed = isinstance(shape, HalfSpace)
+        spin = np.round(turn @ body.angular_velocity, decimals) * (0.0 if touch.flat else 1.0)
+        inverse = np.asarray(float(f"{float(body.inverse_mass):.{min(decimals, 2)}e}"))
+        place = np.zeros(3) if fixed else shape.reference_point
+        bodies.append(Moving(place, np.round(turn @ body.velocity, decimals) + 0.0, spin + 0.0, inverse, np.eye(3)))
+    friction = np.asarray(0.0 if touch.flat else np.round(motion.friction, max(decimals, 1)))
+    share = np.round(motion.restitution, max(decimals, 1))
+    return Motion(bodies[0], bodies[1], np.array(touch.point), np.array(touch.normal), share, friction)
+
+
+def _closing_at(motion: Motion, speed: float) -> Motion:
+    """The motion with one movable body faster or slower along the normal, so that the two close at a speed."""
+    normal = motion.normal / np.linalg.norm(motion.normal)
+    lacking = (speed - float(motion.approach @ normal)) * normal
+    if motion.b.inverse_mass != 0:
+        return replace(motion, b=replace(motion.b, velocity=motion.b.velocity + lacking))
+    return replace(motion, a=replace(motion.a, velocity=motion.a.velocity - lacking))
 
 
 def _turn(old: Array, new: Array) -> Array:

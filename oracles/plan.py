@@ -1,8 +1,8 @@
 """The plan of a campaign: which tasks, in which order. It depends on nothing but the options and the seed.
 
 First the ledger's witnesses are asked again, so that what is known does not hang on luck. Then the bulk hunter puts
-scenes of every regime before every cell of every engine. Then larger passes of it take turns with Hypothesis, task by
-task, so that however soon the time is used up, both have had their share.
+scenes of every regime before every cell of every engine. Then larger passes of it take turns with Hypothesis and
+with relations, a few tasks each, so that however soon the time is used up, all have had their share.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from oracles.batch import PairKey
 from oracles.ledger import Ledger
 from oracles.ledger.replay import to_replay
 from oracles.scene import Cell
-from oracles.tasks import BulkTask, HuntTask, ReplayTask, Task
+from oracles.tasks import BulkTask, HuntTask, RelateTask, ReplayTask, Task
 
 FIRST_PASS, LARGEST_PASS = 6, 100
 """Scenes of each regime and pair in the first pass and in the largest."""
-GROWTH = 8
-"""Many scenes of a batch cost hardly more than a few: once every cell has had its turn, passes soon are large."""
+HUNT_EVERY = 3
+"""A hunt costs as much as several tasks of the bulk hunter, who finds most: it comes after so many of them."""
 
 
 def replays(ledger: Ledger, engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
@@ -42,17 +42,27 @@ def later_passes(
     pairs: Sequence[PairKey], targets: Sequence[tuple[str, Cell]], seed: int, passes: int | None
 ) -> Iterator[Task]:
     """Larger and larger passes, without end or up to so many in all, in turn with hunts for every target."""
-    hunts = _hunts(targets, seed)
+    hunts, relations = _hunts(targets, seed), _relations(targets, seed)
     for number in range(1, passes) if passes else count(1):
-        for task in _bulk(pairs, seed, number):
-            yield from (hunt for hunt in [next(hunts, None)] if hunt)
+        for done, task in enumerate(_bulk(pairs, seed, number)):
+            if done % HUNT_EVERY == 0:
+                yield from (other for other in (next(hunts, None), next(relations, None)) if other)
             yield task
 
 
 def _bulk(pairs: Sequence[PairKey], seed: int, number: int) -> Iterator[Task]:
-    each = min(FIRST_PASS * GROWTH**number, LARGEST_PASS)
+    each = min(FIRST_PASS * 4**number, LARGEST_PASS)
     for index in np.random.default_rng([seed, number]).permutation(len(pairs)):
         yield BulkTask(pairs[index], number, each)
+
+
+def _relations(targets: Sequence[tuple[str, Cell]], seed: int) -> Iterator[Task]:
+    """Relations on every pair of every engine, round after round."""
+    asked = list(dict.fromkeys((engine, (cell.type_a, cell.type_b)) for engine, cell in targets))
+    for number in count() if asked else ():
+        for index in np.random.default_rng([seed, number, 2]).permutation(len(asked)):
+            engine, pair = asked[int(index)]
+            yield RelateTask(engine, pair, number)
 
 
 def _hunts(targets: Sequence[tuple[str, Cell]], seed: int) -> Iterator[Task]:

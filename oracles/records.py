@@ -32,6 +32,7 @@ def outcome_to_json(outcome: Outcome) -> dict[str, Any]:
         "digest": outcome.digest,
         "counts": [[*key[:4], key[4].value, n] for key, n in outcome.counts.items()],
         "counted": [[*key, *value] for key, value in outcome.counted.items()],
+        "relations": [[*key[:3], key[3].value, n] for key, n in outcome.relations.items()],
         "hunters": dict(outcome.hunters),
         "timing": outcome.timing,
         "problems": outcome.problems,
@@ -54,6 +55,9 @@ def outcome_from_json(data: Any) -> Outcome:
             counts=Counter({(*_texts(key[:4]), Kind(key[4])): _count(key[5]) for key in data["counts"]}),  # type: ignore[misc]
             findings=[finding_from_json(entry) for entry in data["findings"]],
             counted={_counted_key(entry): (_count(entry[6]), float(entry[7])) for entry in data["counted"]},
+            relations=Counter(
+                {(*_texts(key[:3]), Kind(key[3])): _count(key[4]) for key in data["relations"]}  # type: ignore[misc]
+            ),
             hunters=Counter({_text(name): _count(n) for name, n in data["hunters"].items()}),
             timing={_text(name): float(spent) for name, spent in data["timing"].items()},
             problems=[_text(line) for line in data["problems"]],
@@ -61,7 +65,7 @@ def outcome_from_json(data: Any) -> Outcome:
             lacking=set(_texts(data["lacking"])),
             digest=_text(data["digest"]),
         )
-    except (LookupError, TypeError, AttributeError) as error:
+    except (LookupError, TypeError, AttributeError, OverflowError) as error:
         raise ValueError(f"not an outcome: {error!r}") from None
 
 
@@ -134,8 +138,8 @@ def finding_from_json(data: Any) -> Finding:
     if gap:
         raise ValueError(gap)
     answer, reference = _answer(data["answer"]), _answer(data["reference"])
-    related = None if data["related"] is None else _related_from_json(data["related"])
-    text, repeats = _text(data["text"]), bool(data["repeats"])
+    related = None if data.get("related") is None else _related_from_json(data["related"])
+    text, repeats = _text(data["text"]), bool(data.get("repeats", True))
     return Finding(_text(data["engine"]), scene, answer, reference, verdict, text, repeats, related)
 
 

@@ -153,8 +153,7 @@ def _relate(bench: Bench, relation: Relation, asked: Asked, scenes: Sequence[Sce
         found.counts[name, relation.name, query, Kind.SKIPPED] += int(np.count_nonzero(~exists))
         found.counts[name, relation.name, query, Kind.CONVENTION] += int(np.count_nonzero(exists)) - len(rows)
         if rows.size:
-            pair = _compare(bench, relation, asked, image, rows, loose[rows], scenes)
-            _file(bench, pair, found)
+            _file(bench, _compare(bench, relation, asked, image, rows, loose[rows], scenes), found)
 
 
 def _compare(

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeVar
+from unittest import SkipTest
 
 import hypothesis
 from hypothesis import HealthCheck, Phase, given, settings
@@ -24,7 +25,7 @@ T = TypeVar("T")
 
 FEWEST = 5
 """A round is worth it with so many examples left."""
-PATIENCE = 40
+PATIENCE = 25
 """Steps of shrinking a failure; whoever needs it smaller has better means."""
 HOME = "proxyproof-hypothesis"
 
@@ -142,7 +143,6 @@ class Search(Generic[T]):
         """Have Hypothesis call `step`; failures end it, and are no news."""
         kept = None if self.database is None else DirectoryBasedExampleDatabase(self.database)
 
-        @hypothesis.seed(seed)
         @settings(
             max_examples=examples,
             database=kept,
@@ -152,6 +152,7 @@ class Search(Generic[T]):
             report_multiple_bugs=Phase.reuse in phases,  # or generation goes on, for up to ten seconds of the clock
             print_blob=False,
         )
+        @hypothesis.seed(seed)  # below the settings: it takes the database away
         @given(example=strategy)
         def search(example: T) -> None:
             step(example)
@@ -160,8 +161,8 @@ class Search(Generic[T]):
             search()
         except (Caught, BaseExceptionGroup) as raised:
             _only_caught(raised)
-        except (_Shrunk, hypothesis.errors.Flaky):
-            pass  # flaky is an answer that depends on earlier calls: what was proven is remembered
+        except (_Shrunk, SkipTest, hypothesis.errors.Flaky):
+            pass  # nothing in the database; an answer that depends on earlier calls: what was proven is remembered
 
 
 def _only_caught(found: BaseException) -> None:

@@ -2,8 +2,8 @@
 
 A candidate is taken only if the engine fails on it in the same way: same symptom, no special geometry that the scene
 did not have (`oracles.degeneracy`), and an error that is like the one before, within two decades. So a slight error
-does not end in the bucket of a gross one. Better is first what is less special, then nearer to size 1, then the larger
-error, so that all decades of one fault come together, and then fewer numbers to read.
+does not end in the bucket of a gross one. Better is first what is less special, then nearer to size 1, then taken in at
+a glance, then the larger error, so that all decades of one fault come together, and then fewer numbers to read.
 
 Engines answer whole batches, so all candidates of a step are asked at once. Floats screen them; the last one is
 convicted by its certificate like any other finding. Findings of one cell and symptom are shrunk together: where one of
@@ -21,7 +21,7 @@ import numpy as np
 from hypothesis import HealthCheck, find, settings
 from hypothesis.errors import NoSuchExample
 
-from oracles.clumsiness import clumsiness, odd_numbers
+from oracles.clumsiness import AT_A_GLANCE, clumsiness, odd_numbers
 from oracles.engine import Array
 from oracles.home import at_home
 from oracles.judges import finding_of
@@ -38,9 +38,9 @@ from oracles.simpler import batch_of, by_form, kept_apart, moved, several_change
 
 TRIES = 1600
 """Scenes that are put before an engine for one finding; for each further one of the same symptom half as many."""
-TRIES_SEARCHED = 800
+TRIES_SEARCHED = 500
 """Where the judge has to search for each answer."""
-TRIES_FORMED = 400
+TRIES_FORMED = 250
 """Where making a proxy takes time as well: hulls, slabs, meshes, composites."""
 TRIES_RELATED = 100
 """Where a relation between two scenes is broken: each try asks the engine twice, on its own."""
@@ -48,10 +48,8 @@ TRIES_LOST = 6
 """Where the engine was lost, or ran out of time, on the scene: each try may cost as much again."""
 TRIES_LEAST = 200
 MOST_STEPS = 40
-FEW = 3
-"""Numbers that a person takes in at a glance."""
 CAREFULLY = settings(
-    max_examples=100, database=None, deadline=None, suppress_health_check=list(HealthCheck), derandomize=False
+    max_examples=60, database=None, deadline=None, suppress_health_check=list(HealthCheck), derandomize=False
 )
 NEAR = 12
 """Plain scenes of which the bodies are brought to each of the gaps."""
@@ -184,8 +182,8 @@ class _Search:
 
     def _improve_jointly(self, way: list[Failing]) -> bool:
         """Have Hypothesis look for several numbers that can be made simpler together, where many are odd."""
-        best = way[-1]
-        if odd_numbers(best.scene) <= FEW or best.scene.motion is not None:
+        best, formed = way[-1], any(kind.header for kind in (self.cell.type_a, self.cell.type_b))
+        if odd_numbers(best.scene) <= AT_A_GLANCE or best.scene.motion is not None or formed:
             return False
 
         def is_better(scene: Scene) -> bool:

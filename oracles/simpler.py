@@ -281,15 +281,15 @@ def batch_of(shapes: list[Proxy]) -> Proxy:
 
 
 def kept_apart(scenes: list[Scene], gaps: list[float]) -> list[Scene]:
-    """The scenes with B moved along the normal to each of the gaps."""
+    """The scenes with B moved along the normal to each of the gaps, gap by gap."""
     found: list[Scene] = []
     for group in by_form(scenes):
-        a, b = batch_of([s.a for s in group]), batch_of([s.b for s in group])
-        for gap in gaps:
-            try:
-                with np.errstate(all="ignore"):
-                    _, placed = Draft(a, b, np.full(len(group), gap), np.ones(len(group), dtype=bool)).settled()
-            except (ShapeError, ValueError):
-                continue
-            found += [replace(scene, b=placed[i]) for i, scene in enumerate(group)]
+        every = [scene for _ in gaps for scene in group]
+        a, b = batch_of([scene.a for scene in every]), batch_of([scene.b for scene in every])
+        try:
+            with np.errstate(all="ignore"):
+                _, placed = Draft(a, b, np.repeat(gaps, len(group)), np.ones(len(every), dtype=bool)).settled()
+        except (ShapeError, ValueError):
+            continue
+        found += [replace(scene, b=placed[i]) for i, scene in enumerate(every)]
     return found

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from hypothesis import target
@@ -47,15 +48,44 @@ HIGHEST = 300.0
 TINY = np.finfo(float).tiny
 
 
-def steer(engine: Engine, scene: Scene, answers: Answers, known: Collection[str]) -> None:
-    """Tell Hypothesis how near the answer is to being wrong; where it is, in a known way, there is nowhere to go."""
-    best: dict[str, float] = {}
-    for symptom, pressure in pressures(engine, scene, answers):
-        if math.isfinite(pressure) and not (pressure >= 1 and symptom in known):
-            label = LABELS.get(symptom, VALUE)
-            best[label] = max(best.get(label, -math.inf), height(pressure))
-    for label, score in best.items():
-        target(score, label=label)
+CALM = 0.5
+"""An answer whose claims are all held by so much, relative to the tolerance, needs no further look."""
+
+
+@dataclass(frozen=True)
+class Strain:
+    """How near one answer is to being wrong.
+
+    Attributes
+    ----------
+    pressures
+        Symptom and error relative to the tolerance, of each side of each claim; negative where nothing is missing.
+    whole
+        Whether these are all claims, and on the scene's own shapes: there are no conventions beside them.
+    """
+
+    pressures: tuple[tuple[str, float], ...] = ()
+    whole: bool = False
+
+    @property
+    def worst(self) -> float:
+        """The largest, or 0."""
+        return max((pressure for _, pressure in self.pressures), default=0.0)
+
+    @property
+    def calm(self) -> bool:
+        """Whether the answer is right, beyond any need to judge it."""
+        return self.whole and self.worst < CALM
+
+    def steer(self, known: Collection[str]) -> None:
+        """Tell Hypothesis; where an answer is wrong in a known way, there is nowhere to go."""
+        best: dict[str, float] = {}
+        for symptom, pressure in self.pressures:
+            if math.isfinite(pressure) and not (pressure >= 1 and symptom in known):
+                label = LABELS.get(symptom, VALUE)
+                best[label] = max(best.get(label, -math.inf), height(pressure))
+        for label, score in best.items():
+            target(score, label=label)
 
 
 def height(pressure: float) -> float:
@@ -65,26 +95,27 @@ def height(pressure: float) -> float:
     return math.log10(FINEST) - math.log10(1.0 + max(0.0, -pressure))
 
 
-def pressures(engine: Engine, scene: Scene, answers: Answers) -> Iterator[tuple[str, float]]:
-    """Error of every claim of one answer relative to the tolerance for it; negative where nothing is missing yet."""
+def strain(engine: Engine, scene: Scene, answers: Answers) -> Strain:
+    """Put every claim of one answer against the tolerance for it."""
     if answers.status[0] != Status.ANSWERED:
-        return
+        return Strain()
     if scene.motion is not None:
-        yield from _of_laws(engine, scene, answers)
-        return
+        return Strain(tuple(_of_laws(engine, scene, answers)))
     rules, cell, pair = Rules(engine), scene.cell, (scene.a[None], scene.b[None])
     ours = rules.questioned(cell, *pair, answers)
     if ours.unusable[0]:
-        return
+        return Strain()
     theirs = rules.effectively(cell, *pair, answers)
     as_given = theirs.a is ours.a and theirs.b is ours.b
+    found = []
     for mine, other in zip(ours.claims(), theirs.claims(), strict=True):
         if mine.by_convention or not mine.made[0]:
             continue
         allowed = rules.allowed(cell, mine.kind, np.array([scene.size]))
-        found = [_relative(claim.violations(), allowed) for claim in ((mine,) if as_given else (mine, other))]
+        both = [_relative(claim.violations(), allowed) for claim in ((mine,) if as_given else (mine, other))]
         for side, symptom in enumerate((mine.below, mine.above)):
-            yield symptom, min(both[side] for both in found)
+            found.append((symptom, min(relative[side] for relative in both)))
+    return Strain(tuple(found), as_given and not rules.conventions(cell))
 
 
 def _relative(violation: tuple[Array, Array, Array], allowed: Array) -> tuple[float, float]:

@@ -99,7 +99,7 @@ class Store:
             return None
         try:
             return _read(path, task)
-        except (ValueError, OSError, duckdb.Error) as error:
+        except (ValueError, OSError, RecursionError, duckdb.Error) as error:
             reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
             self.problems.append(f"{FOLDER}/{path.name} is damaged ({reason}), and its task is done again")
             path.rename(path.with_name(path.name + ".damaged"))
@@ -141,7 +141,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise RecordError(f"{str(folder)!r} holds no record of a run: {error.strerror}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise RecordError(f"{path} is damaged: {error}") from None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise RecordError(f"{path} is not of the format {FORMAT}")

@@ -22,6 +22,7 @@ from oracles.ledger.replay import Replayed, replay
 from oracles.ledger.witness import Witness
 from oracles.library import using
 from oracles.outcome import Finding, Outcome
+from oracles.relating import relating
 from oracles.scene import Cell
 from oracles.shrink import shrink_all
 
@@ -77,6 +78,24 @@ class HuntTask(Task):
 
 
 @dataclass(frozen=True)
+class RelateTask(Task):
+    """Relations between the answers of one engine on one pair."""
+
+    engine: str
+    pair: PairKey
+    number: int
+
+    @property
+    def name(self) -> str:
+        """Round, engine and pair."""
+        return f"relate-{self.number}-{self.engine}-{self.pair[0].__name__}-{self.pair[1].__name__}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Draw, ask, compare and prove."""
+        return relating(shop.bench(self.engine), self.pair, self.number, shop.setup.seed)
+
+
+@dataclass(frozen=True)
 class ShrinkTask(Task):
     """Findings of one engine, cell and symptom, each to be shrunk to the simplest scene with the same fault."""
 
@@ -112,7 +131,7 @@ class ReplayTask(Task):
         bench, scene = shop.bench(self.witness.engine), self.witness.scene
         outcome = Outcome(hunters=Counter({"replay": 1}))
         with timed("replay"):
-            found = replay(self.witness, bench.ask, bench.judges)
+            found = replay(self.witness, bench)
         outcome.counts[bench.name, scene.query, scene.cell.pair, scene.regime, found.kind] += 1
         if found.finding is not None:
             outcome.findings.append(found.finding)

@@ -175,7 +175,7 @@ def _put_pieces(mesh: Polyhedron, exponent: NDArray[np.int64], rows: Array) -> A
     placed = numbers(np.ascontiguousarray(rows), module)
     module.put_pieces(*(numbers(columns, module) for columns in (placements, middles, factors)), placed)
     if placed is not rows:
-        rows[:] = placed
+        rows[:] = np.reshape(placed, rows.shape)
     return table
 
 

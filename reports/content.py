@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
 from reports import findings, ledger, matrix, tables, text
 from reports.findings import BucketView
+from reports.relations import relation_table
 from reports.tables import Table
 
 TITLE = "proxyproof: discrepancy report"
@@ -34,6 +35,7 @@ WORDS = (
     ("agrees", "the answer fits the proven interval and its own properties, within the engine's declared tolerance"),
     ("convention", "right on the shape that the engine effectively uses, or by a documented convention"),
     ("wrong", "a certificate excludes the answer, by at least the amount named"),
+    ("inconsistent", "two answers contradict each other, the second to a scene made from the first; one is wrong"),
     ("crashed, timed out", "the engine's process ended, an error was raised, or the call did not return in time"),
     ("undecided", "the proven interval allows both"),
     ("skipped", "not asked: the engine had run out of time on too many scenes of the cell and regime"),
@@ -81,6 +83,7 @@ class Content:
     groups: tuple[Group, ...]
     regimes: Table
     coverage: tuple[Table, ...]
+    relations: Table
     support: Table
     timing: Table
 
@@ -105,6 +108,7 @@ def content(run: Run) -> Content:
         groups=groups,
         regimes=tables.regime_table(run),
         coverage=tables.coverage(run),
+        relations=relation_table(run),
         support=matrix.support_notes(run),
         timing=tables.timing(run),
     )

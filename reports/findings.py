@@ -16,6 +16,7 @@ from refimpl.proof.claims import Bound
 from refimpl.proof.impacts import ImpactCertificate
 from reports import ledger, shapes, text
 from reports.proofs import Proof, proof_view
+from reports.relations import related_facts
 from reports.tables import CellKey, Column, Entry, Table, engines, grouped, total
 
 NAME_LENGTH = 80
@@ -87,7 +88,7 @@ def _view(number: int, bucket: Bucket) -> BucketView:
         severity=text.visible(verdict.severity.value if verdict.severity else verdict.kind.value),
         state=bucket.state.value,
         facts=tuple(_facts(bucket)),
-        scene=_proxies(finding.scene),
+        scene=(*_proxies(finding.scene), *related_facts(finding)),
         answers=_answers(finding),
         error=text.block(finding.text) if finding.text else "",
         about=_proxies(_proven_on(finding)) if _proven_on(finding) is not finding.scene else (),
@@ -147,7 +148,7 @@ def _listed(bucket: Bucket) -> str:
 
 
 def _has_amount(verdict: Verdict) -> bool:
-    return verdict.kind is Kind.WRONG and 0 < verdict.amount < math.inf
+    return verdict.kind in (Kind.WRONG, Kind.INCONSISTENT) and 0 < verdict.amount < math.inf
 
 
 def _proven_on(finding: Finding) -> Scene:

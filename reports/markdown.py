@@ -79,6 +79,8 @@ def _lines(report: Content) -> Iterator[str]:
     yield from ("## Regimes and coverage", "", *table_lines(report.regimes), "")
     for coverage in report.coverage:
         yield from folded(coverage.caption, table_lines(coverage))
+    if report.relations.rows:
+        yield from ("## Relations", "", *table_lines(report.relations), "")
     yield from ("## Support", "")
     yield from table_lines(report.support) if report.support.rows else ("Every cell is native in every engine.",)
     yield from ("", "## Time", "", *table_lines(report.timing), "")

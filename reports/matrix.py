@@ -16,6 +16,7 @@ NOTHING_COMPARED = "! nothing compared"
 RANKS = (
     "reference-wrong",
     "wrong",
+    "inconsistent",
     "crashed",
     "timed-out",
     "problem",

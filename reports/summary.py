@@ -6,6 +6,7 @@ The format, `proxyproof-run-1`, is one JSON object:
 - ``engines``: names; ``engine_versions``: of each, what the ledger goes by; ``versions``: package to version;
   ``regimes``: name to why it exists
 - ``counts``: objects with ``engine, query, pair, regime, verdict, count``
+- ``relations``: objects with ``engine, relation, query, verdict, count``, pairs of scenes each
 - ``support``: objects with ``engine, query, pair, kind, reason``, kind being native, emulated or unsupported
 - ``problems``: sentences; ``incidents``: sentence on an engine's process to how often;
   ``timing``: seconds by what they were spent on;
@@ -15,7 +16,8 @@ The format, `proxyproof-run-1`, is one JSON object:
   holding, cause, upstream, file``: holding are those of its witnesses that still fail as it says
 - ``buckets``, what is new first, then the worst: objects with ``number, key, engine, query, pair, symptom, degeneracy,
   decade, kind, severity, amount, worst, lower, upper, claim, count, proven, regimes, state, entry, scene, proof_scene,
-  answer, reference, text, certificate, repro``; ``repro`` is the script's path within the folder, ``entry`` names the
+  answer, reference, text, certificate, related, repro``; ``related`` is null, or ``relation, scene, answer`` of a scene
+  whose answer contradicts that of ``scene``; ``repro`` is the script's path within the folder, ``entry`` names the
   one that explains the bucket, a scene is ``query, a, b, regime, source, id`` with each
   proxy's ``type`` and ``numbers`` as its `pack` gives them: in the constructor's order, after the sizes where a type
   has no fixed one; of impacts also ``motion``, by name; and ``certificate`` is what `refimpl.proof.to_json` gives, or
@@ -48,6 +50,10 @@ def run_data(run: Run) -> dict[str, Any]:
         {"engine": engine, "query": query, "pair": pair, "regime": regime, "verdict": kind.value, "count": n}
         for (engine, query, pair, regime, kind), n in sorted(run.counts.items())
     ]
+    relations = [
+        {"engine": engine, "relation": relation, "query": query, "verdict": kind.value, "count": n}
+        for (engine, relation, query, kind), n in sorted(run.relations.items())
+    ]
     support = [
         {"engine": engine, "query": query, "pair": pair, "kind": note.kind, "reason": note.reason}
         for (engine, query, pair), note in sorted(run.support.items())
@@ -61,6 +67,7 @@ def run_data(run: Run) -> dict[str, Any]:
         },
         **{name: getattr(run, name) for name in ("hunters", "models", "digest", "recalled")},
         "counts": counts,
+        "relations": relations,
         "support": support,
         "ledger": [dict(vars(note)) for note in run.ledger],
     }
@@ -83,11 +90,15 @@ def _dump(value: Any) -> str:
 
 def _bucket(number: int, bucket: Bucket) -> dict[str, Any]:
     finding, verdict = bucket.witness, bucket.witness.verdict
-    own = {
+    own: dict[str, Any] = {
         "scene": _scene(finding.scene),
         "proof_scene": _scene(verdict.proof_scene) if verdict.proof_scene is not None else None,
         "certificate": certificate_to_json(verdict.certificate) if verdict.certificate is not None else None,
+        "related": None,
     }
+    related = finding.related
+    if related is not None:
+        own["related"] = {"relation": related.relation, "scene": _scene(related.scene), "answer": related.answer}
     said = {
         "key": bucket.key,
         **{name: getattr(bucket, name) for name in ("engine", "query", "pair", "symptom", "degeneracy", "decade")},

@@ -29,6 +29,7 @@ LEGEND = (
     ("ok", "✓ 120", "all 120 answers agree with the proven interval"),
     ("convention", "≈ 120", "no answer is wrong, but some are right only by the engine's own convention"),
     ("wrong", "✗ 3 of 120", "3 answers are wrong"),
+    ("inconsistent", "✗ inconsistent 3 of 120", "3 answers contradict others of the engine"),
     ("crashed", "✗ crashed 3 of 120", "the engine's process ended, or the engine raised an error"),
     ("timed-out", "✗ timed out 3 of 120", "the engine did not return in time"),
     ("undecided", "? 120", "the proven intervals allow no decision"),
@@ -137,6 +138,8 @@ def supported(run: Run) -> list[CellKey]:
 def summary(run: Run) -> Table:
     """Verdicts per engine, and per engine and query."""
     kinds = [Kind.AGREES, Kind.CONVENTION, Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT, Kind.UNDECIDED]
+    if run.total(kinds=(Kind.INCONSISTENT,)):
+        kinds.insert(3, Kind.INCONSISTENT)
     per_engine, per_query, own = grouped(run, "engine"), grouped(run, "engine", "query"), audit(run)
     if any(verdicts[Kind.REFERENCE_WRONG] for verdicts in (own, *per_engine.values())):
         kinds.append(Kind.REFERENCE_WRONG)

@@ -21,6 +21,7 @@ from reports import findings, tables, text
 
 STYLES = {
     "wrong": "red",
+    "inconsistent": "red",
     "crashed": "magenta",
     "timed-out": "magenta",
     "reference-wrong": "bold red",

@@ -1,7 +1,7 @@
 """An engine that does its process whatever harm a scene asks for: the first coordinate of A is the number of a trick.
 
 Other scenes, with a negative coordinate, are innocent; those under −100 also raise unless their process is as fresh as
-at the start. `Hostile` has the tricks; the other engines do harm when they are imported, or describe themselves badly.
+at the start.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import decimal
 import gc
 import itertools
 import locale
-import math
 import mmap
 import os
 import signal
@@ -26,9 +25,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from oracles.engine import AnswerRow, Array, Effective, Kind, Row, Solver, answer_row
-from oracles.scene import CONTACTS, DISTANCE
-from tests.wrong_engines import Answer, Honest, OffByAThousandth, ball_ball, of_query
+from oracles.engine import AnswerRow, Kind, Row, Solver, answer_row
+from tests.wrong_engines import Honest, ball_ball, of_query
 
 FE_TONEAREST, FE_DOWNWARD, FE_UPWARD, FE_TOWARDZERO = 0x0, 0x400, 0x800, 0xC00
 SPARE_MEMORY = 1500 << 20
@@ -350,6 +348,15 @@ UNSEEN: dict[str, Callable[[], object]] = {
 TRICKS |= {f"changes_{name}": changing(change) for name, change in UNSEEN.items()}
 
 
+@trick
+def writes_over_shared_memory(answer: AnswerRow) -> AnswerRow:
+    for line in Path("/proc/self/maps").read_text().splitlines():
+        if "memfd:proxyproof" in line:
+            start, end = (int(word, 16) for word in line.split()[0].split("-"))
+            ctypes.memset(start, 0x55, end - start)
+    return answer
+
+
 # -- starts others -------------------------------------------------------------------------------------------
 
 
@@ -459,149 +466,3 @@ def floods(answer: AnswerRow) -> AnswerRow:
         os.write(1, text)
         os.write(2, text[:100])
     return answer
-
-
-# -- harmful adapters ----------------------------------------------------------------------------------------
-
-
-class RaisesOnSupport(Honest):
-    def _support(self, query: str, A: Kind, B: Kind) -> Any:
-        raise SystemExit(0)
-
-
-class RubbishSays(Honest):
-    def says(self, query: str, A: Kind, B: Kind) -> Any:
-        return ["distance", 7]
-
-
-class HangsOnWarm(Honest):
-    def warm(self) -> None:
-        while True:
-            pass
-
-
-class LeaksOnWarm(Honest):
-    def warm(self) -> None:
-        leaks(())
-
-
-class PrintsOnWarm(Hostile):
-    def warm(self) -> None:
-        floods(())
-
-
-class ForksOnWarm(Hostile):
-    """Starts a process that it needs, and a child that returns to the harness."""
-
-    def warm(self) -> None:
-        forks(())
-        os.fork()
-
-
-class LeavesOnWarm(Honest):
-    def warm(self) -> None:
-        sys.exit(3)
-
-
-class RoundsUpFromTheStart(Honest):
-    """Sets the rounding when it is imported, and answers the rounding that it finds."""
-
-    def warm(self) -> None:
-        ctypes.CDLL(None).fesetround(FE_UPWARD)
-
-    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        return super().spoil(answer | {"distance": float(ctypes.CDLL(None).fegetround())}, row_a)
-
-
-# -- right answers with bad manners, in every scene or in some -----------------------------------------------
-
-
-class Unhurried(Honest):
-    """Right, in its own time."""
-
-    name: ClassVar[str] = "unhurried"
-
-    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        time.sleep(0.002)
-        return super().spoil(answer, row_a)
-
-
-class ChangesRounding(Honest):
-    name: ClassVar[str] = "changes-rounding"
-
-    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        row = super().spoil(answer, row_a)
-        ctypes.CDLL(None).fesetround(FE_UPWARD)
-        return row
-
-
-class LeavesAnError(Honest):
-    name: ClassVar[str] = "leaves-an-error"
-
-    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        np.seterr(all="raise")
-        return super().spoil(answer, row_a)
-
-
-class RaisesOnEffective(OffByAThousandth):
-    name: ClassVar[str] = "raises-on-effective"
-
-    def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> tuple[Effective, Effective]:
-        if query == CONTACTS:
-            raise SystemExit(UnspeakableError())
-        return super().effective(query, A, rows_a, B, rows_b)
-
-
-class RubbishEffective(OffByAThousandth):
-    """Says nothing of itself that can be used, once it is asked in earnest."""
-
-    name: ClassVar[str] = "rubbish-effective"
-
-    def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> Any:
-        given = super().effective(query, A, rows_a, B, rows_b)
-        if query == CONTACTS:
-            return given[0], Effective(B, rows_b, np.full(len(rows_b), -1.0))
-        if query == DISTANCE:
-            return given[0], Effective(B, rows_b[:-1] * math.nan, given[1].margin)
-        return [*given]
-
-    def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> Any:
-        return 7
-
-
-class LeavesChildren(Honest):
-    """Leaves a child at its first call, and another whenever that is gone."""
-
-    name: ClassVar[str] = "leaves-children"
-
-    def __init__(self) -> None:
-        self.child: subprocess.Popen[bytes] | None = None
-
-    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        if self.child is None:
-            self.child = subprocess.Popen(["sleep", "3600"], start_new_session=True)
-        return super().spoil(answer, row_a)
-
-
-class Rubbish(Honest):
-    """Answers nonsense of another kind for each decade of the first coordinate, where that is positive."""
-
-    name: ClassVar[str] = "rubbish"
-
-    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        kinds = list(NONSENSE.values())
-        if row_a[0] > 0:
-            nonsense: AnswerRow = kinds[int(math.log10(row_a[0]) + 400) % len(kinds)][0]
-            return nonsense
-        return super().spoil(answer, row_a)
-
-
-class Sleeper(Honest):
-    """Sleeps in its first call, once it has left a file in the folder that the environment names."""
-
-    name: ClassVar[str] = "sleeper"
-
-    def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        Path(os.environ["PROXYPROOF_ASLEEP"]).touch()
-        time.sleep(3600)
-        return super().spoil(answer, row_a)

@@ -156,7 +156,7 @@ def test_those_that_remember_are_wrong_only_sometimes(mutant: Mutant) -> None:
 @pytest.mark.parametrize("name", QUICK)
 def test_the_hunter_finds_and_names_some_in_seconds(name: str) -> None:
     mutant = MUTANTS[name]
-    found = hunted(mutant, budget=8.0, settle=0.5, seed=2, pairs=[mutant.pair])
+    found = hunted(mutant, budget=60.0, settle=0.1, seed=2, pairs=[mutant.pair])
     assert found.found, found.problems
     assert found.named, [bucket.key for bucket in found.buckets]
     for bucket in found.buckets:

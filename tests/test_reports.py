@@ -12,7 +12,7 @@ from typing import get_args
 import pytest
 
 import refimpl
-from oracles.outcome import COMPARED, Kind, Run, SupportNote, Verdict
+from oracles.outcome import COMPARED, Kind, Related, Run, SupportNote, Verdict
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, cells
 from refimpl import Composite, ConvexPolyhedron
 from refimpl.proof import Certificate, claims
@@ -358,3 +358,28 @@ def test_markdown_tables_are_well_formed(notes: str) -> None:
         assert len({len(re.findall(r"(?<!\\)\|", line)) for line in lines}) <= 1
         rows += len(lines)
     assert rows > 200
+
+
+def test_answers_that_contradict_each_other_are_reported_with_both_scenes() -> None:
+    run = sample_run()
+    bucket = run.buckets[0]
+    finding = bucket.witness
+    other = dataclasses.replace(finding.scene, a=finding.scene.b, b=finding.scene.a)
+    verdict = dataclasses.replace(
+        finding.verdict, kind=Kind.INCONSISTENT, symptom="swapping A and B changes the distance"
+    )
+    bucket.witness = dataclasses.replace(
+        finding, verdict=verdict, related=Related("swapped", other, {"distance": 1.25})
+    )
+    run.counts[bucket.engine, bucket.query, bucket.pair, "generic", Kind.INCONSISTENT] += 1
+    run.relations.update({(bucket.engine, "swapped", bucket.query, kind): 7 for kind in Kind})
+    page, text = html.render(run), markdown.render(run)
+    for shown in (page, text):
+        assert "swapping A and B" in shown
+        assert "distance = 1.25" in shown
+    assert "engines write each pair once" in text
+    assert Kind.INCONSISTENT.value in page
+    data = summary.run_data(run)
+    assert data["buckets"][0]["related"]["relation"] == "swapped"
+    assert data["buckets"][0]["related"]["scene"]["id"] == other.id
+    assert {entry["count"] for entry in data["relations"]} == {7}

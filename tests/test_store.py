@@ -192,6 +192,8 @@ FORGERIES: list[tuple[tuple[Any, ...], Any]] = [
     (("counts", 0, 5), 1.5),
     (("counts", 0, 5), 10**30),
     (("counts", 0, 4), "perfect"),
+    (("counted",), [["a", "b", "c", "d", 1, "e", 1, 10**400]]),
+    (("counted",), {}.fromkeys("ab")),
     (("counts", 0), []),
     (("counts",), None),
     (("problems",), ["x" * 10_000]),
@@ -256,7 +258,7 @@ def test_a_record_of_another_run_is_refused_by_what_differs(store: Store, change
         Store.go_on(store.folder, MANIFEST | change)
 
 
-@pytest.mark.parametrize("content", ["", "[]", "{}", '{"format": "other"}', "{" * 100_000, "\0"])
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"format": "other"}', "[" * 100_000, "\0"])
 def test_folders_without_a_record_are_refused_in_one_line(tmp_path: Path, content: str) -> None:
     with pytest.raises(RecordError, match="holds no record of a run"):
         Store.go_on(tmp_path, MANIFEST)

@@ -23,6 +23,7 @@ from oracles.scene import DISTANCE
 from oracles.worker import EngineWorker
 from refimpl.shapes import Sphere
 from tests import hostile_engines as hostile
+from tests import ill_mannered_engines as ill_mannered
 from tests.wrong_engines import spec
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits of memory and processes read /proc")
@@ -185,6 +186,48 @@ def test_a_child_that_returns_to_the_harness_is_ended(shared: EngineWorker) -> N
     assert play(shared, "forks_and_both_return") == (Status.ANSWERED, "")
 
 
+def test_tricks_among_thousands_of_scenes_cost_themselves_only(shared: EngineWorker) -> None:
+    x = -np.arange(1.0, 4001.0)
+    tricks = {
+        700: ("changes_upward", Status.ANSWERED, "left changed: the rounding"),
+        701: ("changes_flushing", Status.ANSWERED, "left changed: the treatment of tiny"),
+        900: ("aborts", Status.CRASHED, "the process was ended by SIGABRT"),
+        901: ("answers_endless_generator", Status.ERROR, "answered a repeat"),
+        1300: ("kills_its_parent", Status.CRASHED, "the process that had imported"),
+        1500: ("spins", Status.TIMED_OUT, "no answer within"),
+        3999: ("changes_recursion", Status.ANSWERED, "left changed: the recursion limit"),
+    }
+    for i, (name, _, _) in tricks.items():
+        x[i] = hostile.number_of(name)
+    answers = ask(shared, *x)
+    assert set(answers.errors) == set(tricks)
+    for i, (_, status, text) in tricks.items():
+        assert answers.status[i] == status
+        assert answers.errors[i].startswith(text)
+    innocent = x < 0
+    assert not answers.status[innocent].any()
+    np.testing.assert_array_equal(answers.distance[innocent], np.abs(x[innocent] - 3) - 2)
+
+
+def test_a_loss_that_a_fresh_process_does_not_repeat_stays_that_of_its_scene() -> None:
+    with EngineWorker(spec(ill_mannered.DiesOfItsPast)) as at_work:
+        answers = ask(at_work, *[-1.0] * 600)
+        (lost,) = np.flatnonzero(answers.status).tolist()
+        assert lost == 499
+        assert answers.status[lost] == Status.CRASHED
+        assert re.fullmatch(
+            r"the process was ended by SIGABRT \(Aborted\).*; not again in a fresh process", answers.errors[lost]
+        )
+
+
+def test_shared_memory_that_is_written_over_is_not_believed(shared: EngineWorker) -> None:
+    answers = ask(shared, -1.0, -2.0, hostile.number_of("writes_over_shared_memory"), -3.0)
+    assert set(answers.status[:2]) == {Status.CRASHED}
+    assert set(answers.status[2:]) <= {Status.ANSWERED, Status.CRASHED, Status.ERROR}
+    assert "the engine's process wrote over the memory that it shares with the harness" in answers.errors.values()
+    assert play(shared, "aborts")[0] == Status.CRASHED
+
+
 # -- memory --------------------------------------------------------------------------------------------------
 
 
@@ -332,11 +375,11 @@ def test_kills_at_any_moment_lose_nothing(patient: EngineWorker) -> None:
 @pytest.mark.parametrize(
     ("engine", "text"),
     [
-        (hostile.HangsOnWarm, "did not start within 3 s"),
-        (hostile.LeaksOnWarm, "used more than 400 MiB to start"),
-        (hostile.LeavesOnWarm, "cannot be started: SystemExit: 3"),
-        (hostile.RaisesOnSupport, "RaisesOnSupport.support, asked about"),
-        (hostile.RubbishSays, "RubbishSays.says, asked about"),
+        (ill_mannered.HangsOnWarm, "did not start within 3 s"),
+        (ill_mannered.LeaksOnWarm, "used more than 400 MiB to start"),
+        (ill_mannered.LeavesOnWarm, "cannot be started: SystemExit: 3"),
+        (ill_mannered.RaisesOnSupport, "RaisesOnSupport.support, asked about"),
+        (ill_mannered.RubbishSays, "RubbishSays.says, asked about"),
     ],
 )
 def test_an_engine_that_cannot_be_imported(engine: type[Engine], text: str) -> None:
@@ -344,7 +387,7 @@ def test_an_engine_that_cannot_be_imported(engine: type[Engine], text: str) -> N
         EngineWorker(spec(engine), memory_limit=400 * MIB, start_limit=3.0)
 
 
-@pytest.mark.parametrize("engine", [hostile.PrintsOnWarm, hostile.ForksOnWarm])
+@pytest.mark.parametrize("engine", [ill_mannered.PrintsOnWarm, ill_mannered.ForksOnWarm])
 def test_an_engine_that_prints_or_forks_when_imported(engine: type[Engine]) -> None:
     with EngineWorker(spec(engine), 0.3) as at_work:
         assert play(at_work, "aborts")[0] == Status.CRASHED
@@ -352,7 +395,7 @@ def test_an_engine_that_prints_or_forks_when_imported(engine: type[Engine]) -> N
 
 
 def test_a_state_set_by_the_import_is_the_engine_s_own() -> None:
-    with EngineWorker(spec(hostile.RoundsUpFromTheStart)) as at_work:
+    with EngineWorker(spec(ill_mannered.RoundsUpFromTheStart)) as at_work:
         assert ask(at_work, -1.0, -2.0).distance.tolist() == [hostile.FE_UPWARD] * 2
 
 

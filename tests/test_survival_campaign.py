@@ -21,7 +21,7 @@ from oracles.isolation.processes import children, marked
 from oracles.ledger import Ledger
 from oracles.outcome import ANSWERED, FINDINGS, Run
 from oracles.scene import CONTACTS, DISTANCE
-from tests import hostile_engines as hostile
+from tests import ill_mannered_engines as ill_mannered
 from tests.test_survival import eventually
 from tests.wrong_engines import Honest, spec
 
@@ -46,7 +46,7 @@ def campaign(engine: type[Honest]) -> Run:
 
 
 def test_a_campaign_whose_guards_are_killed_completes_and_says_so(mark: str) -> None:
-    whole, over, killed = campaign(hostile.Unhurried), threading.Event(), []
+    whole, over, killed = campaign(ill_mannered.Unhurried), threading.Event(), []
 
     def kill() -> None:
         while len(killed) < 2 and not over.wait(0.05):
@@ -57,7 +57,7 @@ def test_a_campaign_whose_guards_are_killed_completes_and_says_so(mark: str) -> 
 
     thread = threading.Thread(target=kill)
     thread.start()
-    run = campaign(hostile.Unhurried)
+    run = campaign(ill_mannered.Unhurried)
     over.set()
     thread.join()
     assert killed
@@ -72,9 +72,9 @@ def test_a_campaign_whose_guards_are_killed_completes_and_says_so(mark: str) -> 
 @pytest.mark.parametrize(
     ("engine", "told"),
     [
-        (hostile.ChangesRounding, "changes-rounding: left changed: the rounding of numbers (upward)"),
-        (hostile.LeavesChildren, "leaves-children: left 1 process running"),
-        (hostile.LeavesAnError, "leaves-an-error: left changed: numpy's error state"),
+        (ill_mannered.ChangesRounding, "changes-rounding: left changed: the rounding of numbers (upward)"),
+        (ill_mannered.LeavesChildren, "leaves-children: left 1 process running"),
+        (ill_mannered.LeavesAnError, "leaves-an-error: left changed: numpy's error state"),
     ],
 )
 def test_a_right_engine_with_bad_manners_has_no_finding_and_is_named(engine: type[Honest], told: str) -> None:
@@ -86,20 +86,20 @@ def test_a_right_engine_with_bad_manners_has_no_finding_and_is_named(engine: typ
 
 
 def test_rubbish_of_many_kinds_is_found_and_named() -> None:
-    run = campaign(hostile.Rubbish)
+    run = campaign(ill_mannered.Rubbish)
     assert {b.symptom for b in run.buckets} == {claims.NOT_A_NUMBER}
     assert all(len(b.witness.text) < 700 for b in run.buckets)
     assert run.problems == []
 
 
 def test_what_an_adapter_says_of_itself_is_checked_whenever_it_is_used() -> None:
-    run = campaign(hostile.RaisesOnEffective)
+    run = campaign(ill_mannered.RaisesOnEffective)
     assert run.problems[0].startswith(
         "raises-on-effective cannot be judged: RaisesOnEffective.effective, asked about contacts Sphere–Sphere, raised"
     )
     assert run.total(engine="raises-on-effective", query=CONTACTS) == 0
     assert {(b.query, b.symptom) for b in run.buckets} == {(DISTANCE, claims.LONG)}
-    run = campaign(hostile.RubbishEffective)
+    run = campaign(ill_mannered.RubbishEffective)
     text = "\n".join(run.problems)
     assert "contacts Sphere–Sphere, must give margins of at least 0, got -1.0" in text
     assert re.search(r"distance Sphere–Sphere, must give \d+ rows as doubles, got array", text)
@@ -108,7 +108,16 @@ def test_what_an_adapter_says_of_itself_is_checked_whenever_it_is_used() -> None
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_campaign_in_a_call_that_does_not_return_ends_in_seconds(number: signal.Signals, tmp_path: Path) -> None:
     ready = tmp_path / "asleep"
-    command = [sys.executable, "-m", "reports.cli", "run", "--engine", spec(hostile.Sleeper), "--pair", "Sphere-Sphere"]
+    command = [
+        sys.executable,
+        "-m",
+        "reports.cli",
+        "run",
+        "--engine",
+        spec(ill_mannered.Sleeper),
+        "--pair",
+        "Sphere-Sphere",
+    ]
     command += ["--budget", "600", "--call-limit", "600", "--workers", "1", "--out", str(tmp_path / "out")]
     environment = {**os.environ, "PROXYPROOF_ASLEEP": str(ready)}
     with subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL) as run:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import suppress
@@ -25,16 +26,14 @@ from oracles.ledger import Ledger
 from oracles.outcome import Run
 from oracles.store import FOLDER, RecordError
 from tests.test_executors import gone
-from tests.wrong_engines import Crashing, Hanging, OffByAThousandth, Slow, spec
+from tests.wrong_engines import Crashing, Hanging, OffByAShare, Slow, spec
 
-PAIRS = ["Sphere–Sphere", "Ray–Sphere"]
-TASKS = 6
-"""Of two passes over these: two bulk tasks each, and two hunts."""
+PAIRS = ["Sphere–Sphere"]
 ROOT = Path(__file__).parents[1]
 
 
 def campaign(executor: Executor | None = None, **options: Any) -> Run:
-    options = {"engines": [spec(OffByAThousandth)], "budget": 60.0, "seed": 3, "passes": 2, "pairs": PAIRS} | options
+    options = {"engines": [spec(OffByAShare)], "budget": 60.0, "seed": 3, "passes": 2, "pairs": PAIRS} | options
     return run_campaign(ledger=Ledger(), executor=executor, **options)
 
 
@@ -48,12 +47,21 @@ def findings(run: Run) -> list[object]:
 
 
 @pytest.fixture(scope="module")
-def undisturbed() -> Run:
-    run = campaign()
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, int]:
+    """What an undisturbed run finds, and how many tasks it takes."""
+    folder = tmp_path_factory.mktemp("recorded")
+    run = campaign(folder=folder)
     assert run.buckets
     assert run.problems == []
-    assert run.hunters["hypothesis"] > 50
-    return run
+    assert run.hunters["hypothesis"] > 20
+    tasks = [path.name.partition("-")[0] for path in (folder / FOLDER).iterdir()]
+    assert Counter(tasks) >= Counter(bulk=2, hunt=1, shrink=1)
+    return run, len(tasks)
+
+
+@pytest.fixture
+def undisturbed(recorded: tuple[Run, int]) -> Run:
+    return recorded[0]
 
 
 @pytest.mark.parametrize("executor", [lambda: Crew(1), lambda: Crew(2), lambda: Crew(3), lambda: ThreadPoolExecutor(2)])
@@ -84,11 +92,11 @@ class Impatient:
             raise KeyboardInterrupt
 
 
-@pytest.mark.parametrize("tasks", [1, 4])
-@pytest.mark.parametrize("executor", [Here, lambda: Crew(2)])
+@pytest.mark.parametrize(("tasks", "executor"), [(1, Here), (3, lambda: Crew(2))])
 def test_an_interrupted_run_goes_on_to_the_same_end(
-    undisturbed: Run, tmp_path: Path, tasks: int, executor: Callable[[], Executor]
+    recorded: tuple[Run, int], tmp_path: Path, tasks: int, executor: Callable[[], Executor]
 ) -> None:
+    undisturbed, every = recorded
     first = campaign(executor(), folder=tmp_path, listener=Impatient(tasks))
     assert first.interrupted
     assert first.digest != undisturbed.digest
@@ -96,14 +104,14 @@ def test_an_interrupted_run_goes_on_to_the_same_end(
     assert second.recalled >= tasks
     assert findings(second) == findings(undisturbed)
     third = campaign(executor(), folder=tmp_path, resume=True)
-    assert third.recalled == TASKS
+    assert third.recalled == every
     assert findings(third) == findings(undisturbed)
 
 
 def test_a_run_goes_on_beyond_its_end(undisturbed: Run, tmp_path: Path) -> None:
     first = campaign(folder=tmp_path, passes=1)
     second = campaign(folder=tmp_path, resume=True)
-    assert second.recalled == TASKS - 4
+    assert second.recalled >= 1
     assert second.counts > first.counts
     assert findings(second) == findings(undisturbed)
 
@@ -134,12 +142,13 @@ def test_a_record_of_other_options_is_refused(tmp_path: Path, change: Any, named
         campaign(folder=tmp_path, resume=True, **change)
 
 
-def test_a_damaged_file_costs_its_task_and_a_line(undisturbed: Run, tmp_path: Path) -> None:
+def test_a_damaged_file_costs_its_task_and_a_line(recorded: tuple[Run, int], tmp_path: Path) -> None:
+    undisturbed, every = recorded
     campaign(folder=tmp_path)
-    path = sorted((tmp_path / FOLDER).iterdir())[3]
+    path = sorted((tmp_path / FOLDER).iterdir())[1]
     path.write_bytes(path.read_bytes()[:-7])
     found = campaign(folder=tmp_path, resume=True)
-    assert found.recalled == TASKS - 1
+    assert found.recalled == every - 1
     assert [path.name in line for line in found.problems] == [True]
     assert findings(found)[:4] == findings(undisturbed)[:4]
 
@@ -210,7 +219,7 @@ if __name__ == "__main__":
 """
 
 
-def started(folder: Path, *options: str, engine: type = OffByAThousandth) -> subprocess.Popen[str]:
+def started(folder: Path, *options: str, engine: type = OffByAShare) -> subprocess.Popen[str]:
     """`proxyproof run` in a session of its own."""
     script = folder / "start.py"
     script.write_text(START)
@@ -241,7 +250,7 @@ def wait_for_files(folder: Path, number: int, process: subprocess.Popen[str]) ->
 @pytest.mark.parametrize("workers", ["0", "2"])
 def test_the_campaign_is_killed_and_goes_on(undisturbed: Run, tmp_path: Path, workers: str) -> None:
     options = ("--passes", "2", "--workers", workers, "--out", "out")
-    for files in (1, 3):
+    for files in (1, 2):
         resume = ("--resume", "out") if files > 1 else ()
         with started(tmp_path, *(options[:-2] if resume else options), *resume) as process:
             recorded = wait_for_files(tmp_path, files, process)
@@ -259,7 +268,7 @@ def test_the_campaign_is_killed_and_goes_on(undisturbed: Run, tmp_path: Path, wo
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_ends_in_seconds_with_a_report(tmp_path: Path, how: signal.Signals, workers: str) -> None:
     with started(tmp_path, "--budget", "600", "--workers", workers, "--out", "out") as process:
-        wait_for_files(tmp_path, 3, process)
+        wait_for_files(tmp_path, 2, process)
         children, began = below(process.pid), time.monotonic()
         if how == signal.SIGINT:
             os.killpg(process.pid, how)  # as a terminal does
@@ -282,7 +291,10 @@ def test_ctrl_c_within_a_call_that_takes_long(tmp_path: Path, workers: str) -> N
     """An engine that sleeps for seconds, in the bulk and below Hypothesis."""
     options = ("--budget", "600", "--workers", workers, "--call-limit", "60", "--out", "out")
     with started(tmp_path, *options, engine=Slow) as process:
-        time.sleep(6)
+        while not (tmp_path / "out" / "manifest.json").exists():  # written when the engines have started
+            assert process.poll() is None, process.communicate()[0]
+            time.sleep(0.05)
+        time.sleep(1)
         os.killpg(process.pid, signal.SIGINT)
         began = time.monotonic()
         printed = process.communicate(timeout=30)[0]
@@ -298,7 +310,7 @@ def test_ctrl_c_within_a_call_that_takes_long(tmp_path: Path, workers: str) -> N
 def small_disk(tmp_path: Path) -> Iterator[Path]:
     place = tmp_path / "disk"
     place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=96k", "tmpfs", str(place)]
+    mount = ["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", str(place)]
     if subprocess.run(mount, capture_output=True, check=False).returncode:
         pytest.skip("may not mount a small disk here")
     yield place
@@ -319,7 +331,8 @@ def test_a_full_disk_ends_the_record_and_not_the_run(undisturbed: Run, small_dis
 
 
 def test_a_report_for_which_there_is_no_room_is_shown_all_the_same(tmp_path: Path, small_disk: Path) -> None:
-    with started(tmp_path, "--passes", "2", "--workers", "0", "--out", str(small_disk)) as process:
+    (small_disk / "ballast").write_bytes(b"x" * 188_000)
+    with started(tmp_path, "--passes", "1", "--workers", "0", "--out", str(small_disk)) as process:
         printed = process.communicate(timeout=120)[0]
     assert process.returncode == 1, printed
     assert "the report is not written" in printed
@@ -362,7 +375,7 @@ def test_a_dask_cluster_is_left_as_it_was(cluster: Any) -> None:
     assert run.buckets
     assert time.monotonic() - began < 60
     for nanny in cluster.workers.values():
-        engines = [p for p in below(nanny.pid) if b"oracles.guard" in Path(f"/proc/{p}/cmdline").read_bytes()]
+        engines = [p for p in below(nanny.pid) if b"oracles.isolation" in Path(f"/proc/{p}/cmdline").read_bytes()]
         assert all(gone(process) for process in engines)
 
 

@@ -141,6 +141,25 @@ class OffByAThousandth(Honest):
         return super().spoil(answer, row_a)
 
 
+class OffByAShare(Honest):
+    """Distances of balls are too large by a thousandth of the scene's size: one fault, whatever the scale."""
+
+    def _support(self, query: str, A: Kind, B: Kind) -> Support:
+        if query == DISTANCE and A is Sphere and B is Sphere:
+            return NATIVE
+        return unsupported("not written")
+
+    def solver(self, query: str, A: Kind, B: Kind) -> Solver:
+        self.require(query, A, B)
+
+        def answer(a: Row, b: Row) -> AnswerRow:
+            found = ball_ball(a, b)
+            found["distance"] += 1e-3 * max(map(abs, (*a, *b)))
+            return answer_row(**found)
+
+        return answer
+
+
 class FlippedNormal(Honest):
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
         if "normal" in answer:

@@ -30,6 +30,8 @@ TEXT = 640
 """Bytes for the text of one scene."""
 LONGEST_TEXT = 300
 """Characters of what an engine says or raises that are quoted."""
+CAREFUL_FOR = 5000
+"""So many scenes are asked one by one after a call was found to leave something changed, or a hand was lost."""
 HEADER = 64
 
 
@@ -112,6 +114,7 @@ class Board:
         self.open(len(rows_a), rows_a.shape[1], rows_b.shape[1])
         self.rows_a[:], self.rows_b[:], self.groups[:] = rows_a, rows_b, groups
         self.status[:] = PENDING
+        self.careful[0] = min(max(int(self.careful[0]), 0), CAREFUL_FOR)
         self.at[0], self.since[0], self.phase[0], self.says[0] = NOWHERE_YET, NOWHERE_YET, Phase.WAITING, 0
 
     def pending(self) -> NDArray[np.intp]:

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles.engine import Status
-from oracles.isolation.board import ASKABLE, PENDING, REMARKED, Board, Job, Phase
-from oracles.isolation.hand import CAREFUL_FOR
+from oracles.isolation.board import ASKABLE, CAREFUL_FOR, PENDING, REMARKED, Board, Job, Phase
 from oracles.isolation.hands import LOOK, Hands, Limits, NoEngine, ParentLeft
 from oracles.isolation.lookout import Fate
 from oracles.isolation.processes import adopt_orphans

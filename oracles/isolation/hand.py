@@ -19,15 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles.engine import WIDTH, Engine, Solver, Status, UnsupportedCell
-from oracles.isolation.board import LONGEST_TEXT, PENDING, REMARKED, Board, Job, Phase
+from oracles.isolation.board import CAREFUL_FOR, LONGEST_TEXT, PENDING, REMARKED, Board, Job, Phase
 from oracles.isolation.processes import end_with
 from oracles.isolation.state import State
 
 BLOCK_TIME = 0.01
 """Seconds of asking after which the state of the process is compared."""
 SMALLEST_BLOCK, LARGEST_BLOCK = 16, 1024
-CAREFUL_FOR = 5000
-"""So many scenes are asked one by one after a call was found to leave something changed, or a hand was lost."""
 HARD_LIMIT = 4
 """The system refuses memory beyond so many times what the guard allows, should the guard be too slow."""
 ROW = struct.Struct(f"{WIDTH}d")

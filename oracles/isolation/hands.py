@@ -60,6 +60,7 @@ class Hands:
     output: Output = field(default_factory=Output)
     starts: int = 0
     """How often the engine was imported."""
+    import_killed: bool = False
     server: Connection | None = None
     family: Family = field(default_factory=lambda: Family(os.getpid(), 0))
     hand: Connection | None = None
@@ -81,13 +82,14 @@ class Hands:
                 self.family = Family(self.family.guard, self.family.server, kept)
                 return server
             self.end()
-            if "SIGKILL" not in refused:
+            if not self.import_killed:
                 break
         raise NoEngine(refused)
 
     def _import(self) -> Connection:
         """Make the fork server, which begins to import the engine."""
         self.starts += 1
+        self.import_killed = False
         self.output.forget()
         server, theirs = Pipe()
         guard, number = os.getpid(), os.fork()
@@ -114,6 +116,7 @@ class Hands:
             said = server.recv_bytes()
         except (EOFError, OSError):
             code = os.waitstatus_to_exitcode(os.waitpid(self.family.server, 0)[1])
+            self.import_killed = code == -signal.SIGKILL
             return f"{self.spec} cannot be started: {how_it_ended('the process', code)}{self._quoted()}"
         return "" if said == READY else said.decode("utf-8", "replace")
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Protocol
 
-from oracles.answers import reference_for, said
 from oracles.engine import Answers
-from oracles.judges import Judges
+from oracles.judges import finding_of
 from oracles.ledger.entry import Entry
 from oracles.ledger.files import Ledger
 from oracles.ledger.witness import Witness
 from oracles.outcome import FINDINGS, Finding, Kind
+from oracles.relations import Bench as Questioned
+from oracles.relations import question
 from oracles.scene import Scene
 
 
@@ -34,19 +35,26 @@ class Replayed:
     finding: Finding | None
 
 
-def replay(witness: Witness, ask: Callable[[Scene], Answers], judges: Judges) -> Replayed:
-    """Have the engine asked, which may be lost by it, and judge what it says."""
+class Bench(Questioned, Protocol):
+    """One engine, ready to answer a scene or a batch, and to be judged."""
+
+    def ask(self, scene: Scene) -> Answers:
+        """Have one scene answered."""
+
+
+def replay(witness: Witness, bench: Bench) -> Replayed:
+    """Have the engine asked, which may be lost by it, and judge what it says; where it contradicted itself, ask so."""
     scene, cell = witness.scene, witness.scene.cell
-    if not judges.engine.support(cell.query, cell.type_a, cell.type_b):
+    if not bench.engine.support(cell.query, cell.type_a, cell.type_b):
         return Replayed(witness, Kind.UNSUPPORTED, None)
-    answers = ask(scene)
-    verdict = judges.convict(scene, answers)
+    if witness.finding.related is not None:
+        finding = question(bench, witness.finding.related.relation, scene)
+        return Replayed(witness, finding.verdict.kind if finding else Kind.AGREES, finding)
+    answers = bench.ask(scene)
+    verdict = bench.judges.convict(scene, answers)
     if verdict.kind not in FINDINGS:
         return Replayed(witness, verdict.kind, None)
-    name = "refimpl" if verdict.kind is Kind.REFERENCE_WRONG else witness.engine
-    reference = said(reference_for(scene), 0)
-    finding = Finding(name, scene, said(answers, 0), reference, verdict, answers.errors.get(0, ""))
-    return Replayed(witness, verdict.kind, finding)
+    return Replayed(witness, verdict.kind, finding_of(witness.engine, scene, answers, verdict))
 
 
 def fate(replayed: Replayed, entry: Entry) -> Fate:

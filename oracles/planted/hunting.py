@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from oracles.campaign import run_campaign
 from oracles.clumsiness import clumsiness, odd_numbers
 from oracles.engine import Engine
+from oracles.ledger import Ledger
 from oracles.outcome import Bucket, Run
 from oracles.planted.mutant import Mutant
 from oracles.planted.textbook import Textbook
@@ -35,19 +36,12 @@ class Enough:
     """Seconds to the first finding."""
     _start: float = field(default_factory=time.monotonic)
 
-    def started(self, engines: Sequence[str], cells: int) -> None:
-        """Start the clock anew: now the engine answers."""
-        del engines, cells
-        self._start = time.monotonic()
-
-    def advanced(self, run: Run, elapsed: float) -> None:
-        """End the campaign as Ctrl-C does, once it has found enough."""
-        del elapsed
-        passed = time.monotonic() - self._start
+    def __call__(self, run: Run) -> bool:
+        """Whether the campaign has found enough."""
+        elapsed = time.monotonic() - self._start
         if self.first is None and run.buckets:
-            self.first = passed
-        if self.first is not None and passed >= self.first + self.settle:
-            raise KeyboardInterrupt
+            self.first = elapsed
+        return self.first is not None and elapsed >= self.first + self.settle
 
 
 @dataclass(frozen=True)
@@ -120,25 +114,10 @@ def hunted(mutant: Mutant, *, budget: float, settle: float, seed: int = 0, pairs
         budget=budget,
         seed=seed,
         pairs=list(pairs) or supported_pairs(Textbook()),
-        listener=enough,
+        ledger=Ledger(),
+        enough=enough,
     )
     return Hunted(mutant, enough.first, run.buckets, run.problems)
-
-
-@dataclass(frozen=True)
-class Until:
-    """Ends a campaign once so many scenes have been answered."""
-
-    scenes: int
-
-    def started(self, engines: Sequence[str], cells: int) -> None:
-        """Nothing is to be done yet."""
-
-    def advanced(self, run: Run, elapsed: float) -> None:
-        """End the campaign as Ctrl-C does, once it has compared enough."""
-        del elapsed
-        if run.hunters.total() >= self.scenes:
-            raise KeyboardInterrupt
 
 
 def questioned(*, scenes: int, seed: int) -> Run:
@@ -148,5 +127,6 @@ def questioned(*, scenes: int, seed: int) -> Run:
         budget=FOREVER,
         seed=seed,
         pairs=supported_pairs(Textbook()),
-        listener=Until(scenes),
+        ledger=Ledger(),
+        enough=lambda run: run.hunters.total() >= scenes,
     )

@@ -67,7 +67,7 @@ class CachedByHash(Planted):
 
 @wrong(DISTANCE, "Point–AABB", LONG, SHORT)
 class SlowlyDrifting(Planted):
-    """Answers depend on history: each call leaves a trace of 1e-12 that adds up in all later ones."""
+    """Answers depend on history: each call leaves a trace of 1e-11 that adds up in all later ones."""
 
     remembers = True
 
@@ -76,7 +76,7 @@ class SlowlyDrifting(Planted):
 
     def ball_brick(self, a: Ball, b: Brick) -> Gap:
         gap = super().ball_brick(a, b)
-        self.drift *= 1 + 1e-12
+        self.drift *= 1 + 1e-11
         return gap._replace(distance=gap.distance * self.drift)
 
 

@@ -42,6 +42,8 @@ class Image(NamedTuple):
         aside = (way @ u) * u + (way @ v) * v
         aside *= math.copysign(1.0, way @ w) / max(math.sqrt(aside @ aside), 1e-300)
         (radius, height), tilt = ((np.linalg.norm(doubles(self.axes[i][0])) for i in (0, 2)), abs(float(way @ w)))
+        if not height:  # a disc: its two caps are one
+            return
         for slant in (2 * tilt * radius / height, 16 * tilt * radius / height, 0.1, 1.0, 10.0):
             third = w + slant * aside
             third /= math.sqrt(third @ third)
