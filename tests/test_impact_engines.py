@@ -60,8 +60,9 @@ def test_with_its_settings_bullet_solves_the_formula(pair: Any, workers: dict[st
     assert (answers.status == 0).all()
     flat = np.isin(batch.regimes, FLAT_ONES) & (pair in ((Capsule, HalfSpace), (HalfSpace, Box)))
     rubs = np.array([name == "rubbing" for name in batch.regimes])
+    speed = np.where(batch.motion.speed > 0, batch.motion.speed, 1.0)  # of round numbers all may be 0
     for law in laws(batch.motion, after_of(answers)):
-        excess = np.where(law.applies & ~flat, law.amount, 0.0) / batch.motion.speed
+        excess = np.where(law.applies & ~flat, law.amount, 0.0) / speed
         if law.symptom == ENERGY:
             excess = np.where(rubs, 0.0, excess)
         assert excess.max() < 1e-13, (law.symptom, batch.regimes[int(np.argmax(excess))])
@@ -145,7 +146,7 @@ def test_what_is_supported() -> None:
 
 def test_capsules_have_the_inertia_of_their_box_by_default(workers: dict[str, EngineWorker]) -> None:
     """A convention: the answers are wrong for the capsule, and right for the box around it."""
-    (batch,) = Batch.draw_impacts((Sphere, Capsule), 3, (0,), 12)
+    (batch,) = Batch.draw_impacts((Sphere, Capsule), 3, (0,), 60)
     assert batch.motion is not None
     answers = asked(workers["pybullet-defaults"], batch)
     judges = Judges(ENGINES["pybullet-defaults"])
