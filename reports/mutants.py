@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
 from oracles.clumsiness import odd_numbers
+from oracles.executors import Crew
 from oracles.outcome import FINDINGS
 from oracles.planted.hunting import MOST_ODD, Hunted, hunted, questioned
 from oracles.planted.mutant import Mutant
@@ -44,8 +43,8 @@ def hunts(mutants: Sequence[Mutant], *, budget: float, settle: float, seed: int,
     if jobs == 1:
         yield from map(hunt, wanted)
         return
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        yield from pool.map(hunt, wanted)
+    with Crew(jobs) as crew:  # its processes end with this one, however that ends
+        yield from crew.map(hunt, wanted)
 
 
 def _hunted(name: str, *, budget: float, settle: float, seed: int) -> Hunted:
