@@ -68,7 +68,7 @@ class ClampedAtHalf(Planted):
         return along(p, min(max(share, 0.0), 0.5), way)
 
 
-@wrong(DISTANCE, "Capsule–Capsule", LONG)
+@wrong(DISTANCE, "Capsule–Capsule", LONG, STUCK)
 class CrossingDropped(Planted):
     """A dropped case: only the ends of the segments are tried, and never their inner points."""
 
