@@ -22,6 +22,7 @@ from oracles.outcome import Kind as Verdicts
 from oracles.outcome import Severity
 from oracles.reference import SEARCH_ERROR, UNIONS, error_of, is_quick, proven, signed
 from oracles.regimes import REGIMES
+from oracles.rules import Rules
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, Scene, cells
 from refimpl import Box, Capsule, Composite, Ellipsoid, HalfSpace, Point, Proxy, Ray, Sphere, distance
 from refimpl.linear import Array
@@ -300,7 +301,7 @@ def test_shapes_that_an_engine_takes_as_they_are_stay_the_same() -> None:
     scene = OVERLAPPING
     answers = answers_of(scene)
     for engine, same in ((Exact(), True), (Grown(), False)):
-        rows = Judge(engine)._questioned(scene.cell, scene.a[None], (b := scene.b[None]), answers, effective=True)
+        rows = Rules(engine).effectively(scene.cell, scene.a[None], (b := scene.b[None]), answers)
         assert (rows.b is b) == same
 
 

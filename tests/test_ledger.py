@@ -205,7 +205,7 @@ def test_engines_that_are_lost_are_witnesses_too(fault: Any, own: Path, tmp_path
     fault("lost")
     assert proxyproof(tmp_path, "--ledger", str(own), "--update-ledger")[0] == 0
     status, data = proxyproof(tmp_path, "--ledger", str(own))
-    assert (status, states(data)) == (0, {"expected"})
+    assert (status, states(data)) == (0, {"expected"}), [(b["key"], b["state"]) for b in data["buckets"]]
     assert {bucket["symptom"] for bucket in data["buckets"]} == {"process lost"}
 
 

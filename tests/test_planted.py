@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from oracles.answers import take
 from oracles.batch import Batch
 from oracles.engine import Answers
 from oracles.judges import Judges
@@ -22,6 +23,7 @@ from oracles.planted.mutant import Mutant
 from oracles.planted.mutants import MUTANTS
 from oracles.planted.textbook import Textbook
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, QUERIES, RAYCAST, Scene, cells
+from oracles.screening import KINDS
 from refimpl.shapes import AABB
 from reports import mutants as table
 from reports.cli import BAD_INPUT, main
@@ -34,7 +36,7 @@ QUICK = (
     "caps-missing",
     "witness-in-own-frame",
     "edge-axes-missing",
-    "gjk-leaves-early",
+    "gjk-three-steps",
     "third-face-missing",
     "contact-flipped",
     "depth-clamped",
@@ -68,11 +70,10 @@ def test_the_right_engine_gives_no_finding_in_twenty_thousand_scenes() -> None:
             answers = answered(engine, cell, batch)
             found = Judges(engine).screen(cell, batch.a, batch.b, batch.motion, answers)
             kinds.update(found.kind)
-            wrong = [
-                batch.scene(cell.query, int(i)) for i in np.flatnonzero([k is not Kind.AGREES for k in found.kind])
-            ]
-            assert not wrong, wrong[0]
-    assert set(kinds) == {Kind.AGREES}
+            for i in np.flatnonzero(found.codes != KINDS.index(Kind.AGREES)).tolist():  # as a campaign does
+                verdict = Judges(engine).convict(scene := batch.scene(cell.query, i), take(answers, [i]))
+                assert verdict.kind not in FINDINGS, (scene, verdict.claim)
+    assert kinds[Kind.AGREES] > 0.9999 * kinds.total()
     assert kinds[Kind.AGREES] > 20_000
 
 

@@ -121,7 +121,7 @@ def test_a_run_with_a_budget_goes_on_with_a_new_one(tmp_path: Path) -> None:
     first = campaign(folder=tmp_path, passes=None, budget=2.0)
     recorded = len(list((tmp_path / FOLDER).glob("*.parquet")))
     second = campaign(Crew(2), folder=tmp_path, passes=None, budget=2.0, resume=True)
-    assert second.recalled == recorded
+    assert 0 < second.recalled <= recorded  # what is shrunk depends on all that was found
     assert second.counts > first.counts
     again = campaign(folder=tmp_path, passes=None, budget=1e-9, resume=True)
     assert again.recalled > recorded
@@ -133,7 +133,7 @@ def test_a_run_with_a_budget_goes_on_with_a_new_one(tmp_path: Path) -> None:
     [
         ({"seed": 4}, "seed was 3, is 4"),
         ({"engines": [spec(Crashing)]}, "engines was"),
-        ({"pairs": PAIRS[:1]}, "pairs was"),
+        ({"pairs": ["Point–Sphere"]}, "pairs was"),
         ({"call_limit": 0.25}, "call limit was 0.5, is 0.25"),
     ],
 )
@@ -311,7 +311,7 @@ def test_ctrl_c_within_a_call_that_takes_long(tmp_path: Path, workers: str) -> N
 def small_disk(tmp_path: Path) -> Iterator[Path]:
     place = tmp_path / "disk"
     place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", str(place)]
+    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(place)]
     if subprocess.run(mount, capture_output=True, check=False).returncode:
         pytest.skip("may not mount a small disk here")
     yield place

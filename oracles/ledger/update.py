@@ -27,10 +27,12 @@ from oracles.ledger.entry import ANY, ANY_DECADE, Entry, FirstSeen
 from oracles.ledger.files import SHIPPED, Ledger
 from oracles.ledger.reading import FIELDS, LONGEST_TEXT, REFERENCE, LedgerError, read_table
 from oracles.ledger.witness import Witness, path_of
-from oracles.outcome import Bucket, EntryNote, Run, State
+from oracles.outcome import Bucket, EntryNote, Kind, Run, State
 
 UNEXPLAINED = "Not looked into yet."
 """How the cause of an entry begins that was written by a run and by no one who knows."""
+LOST = (Kind.CRASHED, Kind.TIMED_OUT)
+"""Witnesses of these are hardly shrunk, for each try costs a process: their geometry tells little."""
 WIDTH = 120
 MOST_WITNESSES = 3
 """Witnesses of one new entry."""
@@ -163,6 +165,7 @@ def _entry(group: list[Bucket], version: str, today: date, was: Entry | None, ta
     """Make the entry of new buckets; where a witness has changed, it keeps the cause and history of its old one."""
     first = group[0]
     decades = [bucket.decade for bucket in group if bucket.decade is not None]
+    told = all(b.witness.repeats and b.witness.verdict.kind not in LOST for b in group)
     claim = f"{UNEXPLAINED} {first.witness.verdict.claim}"[: LONGEST_TEXT - 1]
     return Entry(
         first.engine,
@@ -171,7 +174,7 @@ def _entry(group: list[Bucket], version: str, today: date, was: Entry | None, ta
         query=(first.query,),
         pair=(first.pair,),
         symptom=(first.symptom,),
-        degeneracy=tuple(dict.fromkeys(b.degeneracy for b in group)) if all(b.witness.repeats for b in group) else ANY,
+        degeneracy=tuple(dict.fromkeys(b.degeneracy for b in group)) if told else ANY,
         decades=(min(decades), max(decades)) if decades else ANY_DECADE,
         versions=was.versions if was else f">={version}" if version else "",
         upstream=was.upstream if was else (),
