@@ -8,10 +8,11 @@ and the table need no engine.
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -178,5 +179,13 @@ def hunt_mutants(
     return mutants.show(wanted, budget=budget, settle=settle, seed=seed, jobs=jobs, markdown=markdown)
 
 
+def command() -> NoReturn:
+    """Be the program: run the command line, and end with its exit status, which a second Ctrl-C does not change."""
+    status = main()
+    if status == INTERRUPTED:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.exit(status)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    command()

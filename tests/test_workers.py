@@ -212,11 +212,10 @@ def test_engines_are_killed_and_nothing_is_lost(killer: Callable[..., None]) -> 
 
 
 START = """
-import sys
-from reports.cli import main
+from reports.cli import command
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    command()
 """
 
 
