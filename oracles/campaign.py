@@ -29,6 +29,8 @@ from oracles.scene import Cell, cells_of
 from oracles.store import Store
 from oracles.tasks import ShrinkTask, Task, perform
 
+SHRINKING = 30.0
+"""Seconds beyond the budget that may be spent on making witnesses small."""
 PATIENCE = 60.0
 """Seconds beyond the budget that the first pass over all cells may take."""
 BOILING = 0.3
@@ -107,7 +109,7 @@ class Campaign:
         """Shrink the witnesses, so that findings with one cause come together."""
         self.enough = None
         groups = self.filing.buckets.to_shrink()
-        self._do((ShrinkTask(group) for group in groups), until=max(self.run.budget, self.elapsed) + PATIENCE)
+        self._do((ShrinkTask(group) for group in groups), until=max(self.run.budget, self.elapsed) + SHRINKING)
         while self.flying:
             self._land()
         left = self.filing.buckets.new_to_shrink()
