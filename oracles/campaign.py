@@ -31,7 +31,7 @@ from oracles.tasks import ShrinkTask, Task, perform
 
 SHRINKING = 30.0
 """Seconds beyond the budget that may be spent on making witnesses small."""
-PATIENCE = 60.0
+PATIENCE = 120.0
 """Seconds beyond the budget that the first pass over all cells may take."""
 BOILING = 0.3
 """Share of the budget that is kept for shrinking."""
@@ -224,7 +224,7 @@ def run_campaign(
     engines
         Names of shipped engines, or ``module:attribute`` of one's own.
     budget
-        Seconds; the first pass over all cells may take a minute longer, and a problem says so.
+        Seconds; the first pass over all cells may take two minutes longer, and a problem says so.
     seed
         Names the bulk hunter's scenes.
     passes
