@@ -196,17 +196,17 @@ def _answers(finding: Finding) -> Table:
     names = dict.fromkeys([*finding.reference, *finding.answer])
     rows = []
     for name in names:
-        said = [_value(name, a[name]) if name in a else "not said" for a in (finding.answer, finding.reference)]
+        said = [value(name, a[name]) if name in a else "not said" for a in (finding.answer, finding.reference)]
         rows.append((Entry(text.visible(name)), *map(Entry, said)))
     columns = (Column("answer"), Column(text.visible(finding.engine)), Column("refimpl"))
     return Table("Both answers", columns, tuple(rows))
 
 
-def _value(name: str, value: object) -> str:
+def value(name: str, said: object) -> str:
     """Engines answer a hit with 1 or 0, as a bool or a double; anything else is shown as it is."""
-    if name == "hit" and isinstance(value, int | float) and value in (0, 1):
-        return "yes" if value else "no"
-    return text.full(value)
+    if name == "hit" and isinstance(said, int | float) and said in (0, 1):
+        return "yes" if said else "no"
+    return text.full(said)
 
 
 def _proof(finding: Finding, number: int) -> Proof | None:
