@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 from oracles.motion import Motion
 from oracles.outcome import COMPARED, Bucket, Finding, Kind, Run, Verdict
@@ -57,6 +58,16 @@ class BucketView:
     def anchor(self) -> str:
         """Anchor of the bucket within the report."""
         return f"bucket-{self.number}"
+
+    @property
+    def issue(self) -> str:
+        """Path of the issue's text within the report's folder."""
+        return f"issues/{PurePosixPath(self.file).stem}.md"
+
+    @property
+    def picture(self) -> str:
+        """Path of the picture within the report's folder."""
+        return f"pictures/{self.number:03d}.svg"
 
 
 def bucket_views(run: Run) -> list[BucketView]:

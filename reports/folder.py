@@ -68,14 +68,15 @@ def write(run: Run, folder: Path) -> None:
 
 def contents(run: Run) -> Iterator[tuple[str, str]]:
     """Each file of the report: its path within the folder, and its text."""
-    for bucket, view in zip(run.buckets, bucket_views(run), strict=True):
+    views = bucket_views(run)
+    for bucket, view in zip(run.buckets, views, strict=True):
         if view.repro:
             yield view.file, view.repro
-        yield issues.issue_file(view), issues.issue(run, bucket, view)
+        yield view.issue, issues.issue(run, bucket, view)
     yield "report.json", report_json(run)
     yield SCHEMA, schema()
-    yield "junit.xml", junit.render(run)
-    yield "report.sarif", sarif.render(run)
+    yield "junit.xml", junit.render(run, views)
+    yield "report.sarif", sarif.render(run, views)
     yield "report.md", markdown.render(run)
     yield "index.html", html.render(run)
 

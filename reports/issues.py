@@ -53,11 +53,6 @@ def title(bucket: Bucket) -> str:
     return f"{asked}: {text.visible(bucket.symptom)}{amount}"
 
 
-def issue_file(view: BucketView) -> str:
-    """Path of a bucket's issue within the report's folder."""
-    return view.file.replace("repro/", "issues/", 1).removesuffix(".py") + ".md"
-
-
 def issue(run: Run, bucket: Bucket, view: BucketView) -> str:
     """Return the text of the issue, its title as the heading."""
     return "\n".join(_lines(run, bucket, view)) + "\n"

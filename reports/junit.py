@@ -8,13 +8,13 @@ is incomplete is an error. The form is that of Jenkins's xUnit plugin, which Git
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
 from oracles.outcome import COMPARED, FINDINGS, Bucket, EntryNote, Kind, Run, State
 from reports import text
-from reports.findings import bucket_views
+from reports.findings import BucketView
 from reports.tables import UNSUPPORTED, CellKey, grouped, state_of, total
 
 LONGEST = 20_000
@@ -43,10 +43,10 @@ class Case:
     details: str = ""
 
 
-def render(run: Run) -> str:
+def render(run: Run, views: Sequence[BucketView]) -> str:
     """Return the run as JUnit XML."""
     suites = [("proxyproof", [_whole(run)])]
-    suites += [(engine, list(_cells(run, engine))) for engine in run.engines]
+    suites += [(engine, list(_cells(run, views, engine))) for engine in run.engines]
     suites += [(f"{engine}.ledger", [_entry(n) for n in run.ledger if n.engine == engine]) for engine in run.engines]
     every = _counts([case for _, cases in suites for case in cases])
     root = ElementTree.Element("testsuites", {"name": "proxyproof", "time": f"{run.seconds:.3f}", **every})
@@ -97,11 +97,11 @@ def _whole(run: Run) -> Case:
     return Case("proxyproof", "run is complete", ERROR, "incomplete", lines[0], "\n".join(lines))
 
 
-def _cells(run: Run, engine: str) -> Iterable[Case]:
+def _cells(run: Run, views: Sequence[BucketView], engine: str) -> Iterable[Case]:
     """A case for each cell of an engine."""
     counts = grouped(run, *("engine", "query", "pair"))
     told: dict[CellKey, list[tuple[Bucket, str]]] = {}
-    for bucket, view in zip(run.buckets, bucket_views(run), strict=True):
+    for bucket, view in zip(run.buckets, views, strict=True):
         line = f"{view.number}. [{view.state}] {view.title}\n   {view.story}\n   {view.facts[0][1]}; {view.file}"
         told.setdefault(view.cell, []).append((bucket, line))
     for key, note in run.support.items():

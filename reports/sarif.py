@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from oracles.ledger.states import UNSETTLED
 from oracles.outcome import Bucket, Run, Severity, State
 from reports import text
-from reports.findings import BucketView, bucket_views
+from reports.findings import BucketView
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 FINGERPRINT = "proxyproofBucket/v1"
@@ -31,15 +31,14 @@ MARKUP = re.compile(r"[\\\[\]]")
 """What a SARIF message would take for a link."""
 
 
-def render(run: Run) -> str:
+def render(run: Run, views: Sequence[BucketView]) -> str:
     """Return the run's findings as SARIF."""
-    return json.dumps(log(run), ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+    return json.dumps(log(run, views), ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
 
-def log(run: Run) -> dict[str, Any]:
+def log(run: Run, views: Sequence[BucketView]) -> dict[str, Any]:
     """Return the run's findings as a SARIF log."""
     symptoms = sorted({bucket.symptom for bucket in run.buckets})
-    views = bucket_views(run)
     return {
         "$schema": SCHEMA,
         "version": "2.1.0",

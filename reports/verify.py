@@ -25,7 +25,7 @@ from reports.tables import regimes_for
 SUPPORTED = ("native", "emulated")
 
 
-CUT = re.compile(r"^> \*\*(\d+) of (\d+) findings are left out here", re.MULTILINE)
+CUT = re.compile(r"^> \*\*Left out, to be short: (\d+) of (\d+) findings[.;]", re.MULTILINE)
 """What `report.md` says when it had to be cut."""
 
 

@@ -88,6 +88,13 @@ def test_run_leaves_a_complete_report(asked: Any, out: Path, capsys: pytest.Capt
     assert printed.err.count("compared") == 3
 
 
+def test_run_writes_the_summary_of_a_step(asked: Any, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    summary = out.parent / "summary.md"
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
+    assert cli.main(["run", "--out", str(out)]) == 0
+    assert summary.read_text("utf-8") == (out / "report.md").read_text("utf-8")
+
+
 def test_run_passes_on_what_was_asked(asked: Any, out: Path) -> None:
     pairs = ["--pair", "box-sphere", "--pair", "Sphere–Box", "--pair", "Ray - AABB"]
     assert (

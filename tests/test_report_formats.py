@@ -41,6 +41,18 @@ def as_expected() -> Run:
     return run
 
 
+def as_junit(run: Run) -> str:
+    return junit.render(run, findings.bucket_views(run))
+
+
+def as_sarif(run: Run) -> str:
+    return sarif.render(run, findings.bucket_views(run))
+
+
+def sarif_log(run: Run) -> Any:
+    return json.loads(as_sarif(run))
+
+
 # -- report.json ---------------------------------------------------------------------------------------------
 
 
@@ -115,7 +127,7 @@ def test_schema_refuses(data: Any, spoil: Any) -> None:
 
 def cases_of(run: Run) -> dict[tuple[str, str], junitparser.TestCase]:
     """Cases by class and name, as junitparser reads them."""
-    suites = junitparser.JUnitXml.fromroot(ElementTree.fromstring(junit.render(run).encode()))
+    suites = junitparser.JUnitXml.fromroot(ElementTree.fromstring(as_junit(run).encode()))
     found = {(case.classname, case.name): case for suite in suites for case in suite}
     for suite in suites:
         assert suite.tests == len(list(suite))
@@ -191,13 +203,13 @@ def test_junit_is_red_where_it_should_be(change: Any, case: Any, outcome: str | 
 def test_junit_is_green_when_the_exit_status_is() -> None:
     run = as_expected()
     assert running.exit_status(run, settled=not run.unsettled[State.NEW]) == 0
-    assert 'failures="0" errors="0"' in junit.render(run)
+    assert 'failures="0" errors="0"' in as_junit(run)
 
 
 def test_junit_of_hostile_words() -> None:
-    nasty, tame = (ElementTree.fromstring(junit.render(hostile_run(words))) for words in (NASTY, TAME))
+    nasty, tame = (ElementTree.fromstring(as_junit(hostile_run(words))) for words in (NASTY, TAME))
     assert [element.tag for element in nasty.iter()] == [element.tag for element in tame.iter()]
-    assert len(junit.render(hostile_run(TAME, error="x" * 10_000_000))) < 100_000
+    assert len(as_junit(hostile_run(TAME, error="x" * 10_000_000))) < 100_000
 
 
 # -- report.sarif --------------------------------------------------------------------------------------------
@@ -205,11 +217,11 @@ def test_junit_of_hostile_words() -> None:
 
 def test_sarif_is_of_the_standards_schema(run: Run) -> None:
     for its in (run, as_expected(), hostile_run(NASTY), Run(0, 1.0, "")):
-        assert validation_errors(json.loads(sarif.render(its))) == []
+        assert validation_errors(json.loads(as_sarif(its))) == []
 
 
 def test_sarif_has_a_result_for_each_bucket(run: Run) -> None:
-    log = sarif.log(run)["runs"][0]
+    log = sarif_log(run)["runs"][0]
     rules = log["tool"]["driver"]["rules"]
     assert [r["fingerprints"][sarif.FINGERPRINT] for r in log["results"]] == [its.id for its in run.buckets]
     for its, result in zip(run.buckets, log["results"], strict=True):
@@ -231,7 +243,7 @@ def test_fingerprint_outlives_other_findings(run: Run) -> None:
 
 def test_sarif_is_read_by_sarif_tools(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "report.sarif"
-    path.write_text(sarif.render(run), "utf-8")
+    path.write_text(as_sarif(run), "utf-8")
     read = load_sarif_file(str(path))
     assert read.get_distinct_tool_names() == ["proxyproof"]
     found = read.get_report()
@@ -241,7 +253,7 @@ def test_sarif_is_read_by_sarif_tools(run: Run, tmp_path: Path) -> None:
 
 
 def test_sarif_messages_hold_no_links(run: Run) -> None:
-    said = sarif.log(hostile_run("[a](http://b.example)"))["runs"][0]["results"][0]["message"]["text"]
+    said = sarif_log(hostile_run("[a](http://b.example)"))["runs"][0]["results"][0]["message"]["text"]
     assert r"\[a\](http://b.example)" in said
 
 
@@ -310,5 +322,5 @@ def test_issue_of_hostile_words() -> None:
 def test_issues_stay_in_their_folder() -> None:
     run = sample_run()
     run.buckets = [bucket("../..", run.buckets[0].witness.scene, run.buckets[0].witness.verdict, {"deep": 1})]
-    assert issues.issue_file(findings.bucket_views(run)[0]).startswith("issues/001-boolean-")
+    assert findings.bucket_views(run)[0].issue.startswith("issues/001-boolean-")
     assert issues.title(run.buckets[0]).endswith("missed contact, by at least 0.75")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections import Counter
-from collections.abc import Callable
 from fractions import Fraction
 from typing import get_args
 
@@ -315,7 +314,7 @@ def test_every_bucket_is_told_in_full(run: Run, page: Page, notes: str, form: st
             assert all(text.full(value) in said for name, value in answer.items() if name != "hit")
         if verdict.certificate is not None:
             assert all(words in said for words in proofs.proof_view(verdict.certificate, "", view.number).claims)
-        assert all(line in said for line in its.repro.splitlines())
+        assert form == "markdown" or all(line in said for line in its.repro.splitlines())
 
 
 @pytest.mark.parametrize("form", ["html", "markdown"])
@@ -327,12 +326,11 @@ def test_both_forms_have_all_rows(run: Run, page: Page, notes: str, form: str) -
             assert all(entry.text in said for entry in row)
 
 
-@pytest.mark.parametrize("render", [html.render, markdown.render])
-def test_many_buckets_are_all_told_and_the_last_without_data(render: Callable[[Run], str]) -> None:
+def test_many_buckets_are_all_told_and_the_last_without_data() -> None:
     run = sample_run()
     run.buckets = run.buckets[:1] * (MOST_SCRIPTS + 20)
-    said = render(run)
-    assert said.count("print(&#34;distance" if render is html.render else 'print("distance') == MOST_SCRIPTS
+    said = html.render(run)
+    assert said.count("print(&#34;distance") == MOST_SCRIPTS
     assert all(view.file in said for view in findings.bucket_views(run))
     assert len(re.findall(r"report\.json has it, with bucket \d+", said)) == 20
 
