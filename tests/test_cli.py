@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from oracles.engine import EngineUnavailable
+from oracles.engines import PACKAGES
 from oracles.outcome import Kind, Run, State, Verdict
 from refimpl.pairs import PROBES, SOLIDS, TABLE
 from reports import cli, verify, vs
@@ -52,6 +53,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     engines = types.ModuleType("oracles.engines")
     engines.available_engines = lambda: {"fcl": None, "bullet": None, "other": "not installed"}  # type: ignore[attr-defined]
     engines.load_engine = load_engine  # type: ignore[attr-defined]
+    engines.PACKAGES = PACKAGES  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "oracles.engines", engines)
     return said
 
