@@ -80,6 +80,7 @@ class Content:
     matrices: tuple[Table, ...]
     index: Table
     ledger: Table
+    buckets: tuple[BucketView, ...]
     groups: tuple[Group, ...]
     regimes: Table
     coverage: tuple[Table, ...]
@@ -103,8 +104,9 @@ def content(run: Run) -> Content:
         summary=tables.summary(run),
         overviews=matrix.overviews(run),
         matrices=matrix.matrices(run, links),
-        index=findings.index(views, run),
+        index=findings.index(views),
         ledger=ledger.table(run),
+        buckets=tuple(views),
         groups=groups,
         regimes=tables.regime_table(run),
         coverage=tables.coverage(run),
