@@ -104,12 +104,6 @@ def slugs(names: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def anchor(addresses: dict[str, str], key: CellKey) -> str:
-    """Anchor of a cell; `addresses` are the engines' slugs."""
-    engine, query, pair = key
-    return f"c-{addresses[engine]}-{slug(query)}-{slug(pair)}"
-
-
 def rows(run: Run) -> tuple[Row, ...]:
     """All cells that any engine was asked for, or that it does not support; the pair table's order."""
     counts, names = grouped(run, "engine", "query", "pair"), slugs(engines(run))
@@ -126,12 +120,17 @@ def rows(run: Run) -> tuple[Row, ...]:
         views = []
         for engine in engines(run):
             key = (engine, cell.query, cell.pair)
-            views.append(
-                _view(run, key, anchor(names, key), counts.get(key, Counter()), buckets.get(key, []), key in stale)
-            )
+            address = f"c-{names[engine]}-{cell.query}-{slug(cell.pair)}"
+            views.append(_view(run, key, address, counts.get(key, Counter()), buckets.get(key, []), key in stale))
         found.append(Row(cell.pair, cell.query, tuple(views), "" if cell.pair in seen else f"pair-{slug(cell.pair)}"))
         seen.add(cell.pair)
     return tuple(found)
+
+
+def places(run: Run, rows: tuple[Row, ...]) -> dict[CellKey, str]:
+    """Anchors of the cells in the matrix."""
+    named = ((row, zip(engines(run), row.cells, strict=True)) for row in rows)
+    return {(engine, row.query, row.pair): cell.anchor for row, its in named for engine, cell in its}
 
 
 def _mark(state: str, verdicts: Counter[Kind]) -> str:

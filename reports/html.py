@@ -21,8 +21,7 @@ MOST_NEW = 12
 def render(run: Run) -> str:
     """Return the report as HTML. Everything is escaped by the template engine but our own style and script."""
     environment = _environment()
-    addresses = cells.slugs(tables.engines(run))
-    environment.filters["cell_anchor"] = lambda key: cells.anchor(addresses, key)
+    rows = cells.rows(run)
     template = environment.get_template("report.html.jinja")
     return template.render(
         report=content(run),
@@ -33,7 +32,8 @@ def render(run: Run) -> str:
         unsettled=overview.unsettled_entries(run),
         spent=overview.spent(run),
         most_new=MOST_NEW,
-        rows=cells.rows(run),
+        rows=rows,
+        places=cells.places(run, rows),
         engines=[text.visible(engine) for engine in tables.engines(run)],
         types=[kind.__name__ for kind in (*PROBES, *SOLIDS)],
         queries=QUERIES,

@@ -17,7 +17,6 @@
     element,
     place,
     cell: element.dataset.c,
-    engine: element.dataset.e,
     isNew: "new" in element.dataset,
     words: element.querySelector("summary").textContent.toLowerCase(),
   }));
@@ -43,6 +42,7 @@
 
   function apply() {
     const want = wanted();
+    const asked = [...new FormData(form).values()].some(Boolean);
     const shown = new Set();
     let count = 0;
     for (const row of rows) {
@@ -53,13 +53,16 @@
     }
     let found = 0;
     for (const finding of findings) {
-      const fits = shown.has(finding.cell) && (want.show !== "new" || finding.isNew)
+      const fits = (finding.cell ? shown.has(finding.cell) : !asked) && (want.show !== "new" || finding.isNew)
         && (!want.find || finding.words.includes(want.find));
       finding.element.hidden = !fits;
       found += fits;
     }
     table.className = want.index === undefined ? "" : `only-${want.index}`;
-    explore.classList.toggle("filtered", [...new FormData(form).values()].some(Boolean));
+    [...document.querySelector(".glances").children].forEach((glance, engine) => {
+      glance.hidden = want.index !== undefined && engine !== +want.index;
+    });
+    explore.classList.toggle("filtered", asked);
     document.getElementById("shown").textContent =
       `${count} cell${count === 1 ? "" : "s"}, ${found} finding${found === 1 ? "" : "s"}`;
     arrange(findings, (finding) => want.order ? -(finding.element.dataset[want.order] || 0) : 0, 1);
@@ -148,7 +151,7 @@
       keep();
     }
     for (let box = target.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
-    target.scrollIntoView();
+    target.scrollIntoView({ block: target.matches("article, section") ? "start" : "center" });
   }
 
   // -- copying --------------------------------------------------------------------------------------------
