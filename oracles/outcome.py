@@ -216,6 +216,12 @@ class EntryNote:
     """Those of its witnesses that still fail as it says."""
     upstream: tuple[str, ...] = ()
     file: str = ""
+    versions: str = ""
+    """Versions of the engine that have the fault, as in PEP 440."""
+    first_seen: str = ""
+    """When it was first recorded, and in which version of the engine."""
+    cells: tuple[tuple[str, str], ...] = ()
+    """(query, pair) of the cells that it is about, where its state asks for something to be done."""
 
 
 BucketKey = tuple[str, str, str, str, str, int | None]
