@@ -67,13 +67,14 @@ def _shown(part: Solid) -> Iterator[tuple[Solid | None, str]]:
     if len(corners) and not isinstance(part, Line | Dot):
         low, high = corners.min(axis=0), corners.max(axis=0)
         if norm(high - low) < 2 * SPECK:
-            yield Dot(low / 2 + high / 2), "is too small for this picture: it is drawn as a dot"
+            why = "is too small for this picture" if np.any(high > low) else "has no size"
+            yield Dot(low / 2 + high / 2), f"{why}: it is drawn as a dot"
             return
         if np.any(low > BEYOND) or np.any(high < -BEYOND):
             yield None, "lies in part outside the picture"
             return
         if np.any(high > 2 * BEYOND) or np.any(low < -2 * BEYOND):
-            yield _cut(part), "is far larger than the picture: only what is near is drawn"
+            yield _cut(part)
             return
     if isinstance(part, Line):
         line = clipped(part, RIM if part.endless else BEYOND)
@@ -85,14 +86,33 @@ def _shown(part: Solid) -> Iterator[tuple[Solid | None, str]]:
         yield part, ""
 
 
-def _cut(part: Solid) -> Solid | None:
+LARGE = "is far larger than the picture: only what is near is drawn"
+AROUND = "is far larger than the picture and surrounds all that is seen"
+
+
+def _cut(part: Solid) -> tuple[Solid | None, str]:
+    """What is near of a large body."""
     if isinstance(part, Mesh):
-        return _cut_mesh(part)
+        mesh = _cut_mesh(part)
+        return mesh, LARGE if mesh else AROUND if _surrounds(part) else "lies in part outside the picture"
     assert isinstance(part, Lathe)
+    foot, normal = nearest(part, np.zeros(3))
+    if foot @ normal > RIM:
+        return None, AROUND
     if float(norm(part.axes[0])) > FLAT:
-        foot, normal = nearest(part, np.zeros(3))
-        return Plane(foot, normal)
-    return part if part.kind == "ball" else _shortened(part)
+        return Plane(foot, normal), LARGE
+    return (part if part.kind == "ball" else _shortened(part)), LARGE
+
+
+def _surrounds(part: Mesh) -> bool:
+    """Whether the middle of the picture lies behind every face, as in a convex body."""
+    rings = [part.vertices[list(face)] for face in part.faces if len(face) > 2]
+    return all(float(newell(ring) @ ring[0]) >= 0 for ring in rings)
+
+
+def newell(ring: Array) -> Array:
+    """Normal of a polygon, as long as twice its area (Newell's sum)."""
+    return np.asarray(np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0))
 
 
 def _shortened(part: Lathe) -> Lathe:

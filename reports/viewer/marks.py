@@ -17,13 +17,20 @@ from refimpl.proof.claims import Place
 from refimpl.shapes import HalfSpace, Proxy, Ray
 from reports.viewer.frame import Frame
 
-LAYERS = ("truth", "engine", "proof")
+LAYERS = ("given", "proof", "truth", "engine")
+"""What is drawn over what comes before it; given are the velocities before an impact."""
 
 NEAR = 2.5
 """How far off, in radii of the picture, a point may lie and still be drawn."""
 
 ARROW = 0.42
-"""Length of a normal, and of the largest velocity."""
+"""Length of a normal."""
+
+FASTEST = 0.7
+"""Length of the largest velocity, and of the largest angular velocity."""
+
+SLIGHT = 0.02
+"""Arrows shorter than this are left out."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +39,7 @@ class Mark:
 
     Attributes
     ----------
-    kind : {"dot", "line", "arrow", "plane"}
+    kind : {"dot", "line", "arrow", "spin", "plane"}
     at : (3,)
         Where it is or starts; of a plane the middle of what is drawn.
     to : (3,)
@@ -159,14 +166,17 @@ def of_impact(scene: Scene, engine: Mapping[str, object], truth: Mapping[str, ob
         sign: max((_length(said.get(name)) for _, said in told for name, _, s in VELOCITIES if s == sign), default=0.0)
         for sign in "vω"
     }
+    if sizes["ω"] * frame.size < SLIGHT**2 * sizes["v"]:
+        sizes["ω"] = 0.0
     for layer, said in told:
         for name, side, sign in VELOCITIES:
-            start = frame.point(getattr(motion, side).position.tolist())
-            value = vector(said.get(name))
-            if value is None or start is None or norm(start) > NEAR or not any(value):
+            start, value = frame.point(getattr(motion, side).position.tolist()), vector(said.get(name))
+            if value is None or start is None or norm(start) > NEAR or not sizes[sign] > 0:
                 continue
-            arrow = ARROW * np.array([x / sizes[sign] for x in value])
-            found.marks.append(Mark(layer, "arrow", start, start + arrow, sign + ("′" if layer != "given" else "")))
+            arrow = FASTEST * np.array([x / sizes[sign] for x in value])
+            if norm(arrow) >= SLIGHT:
+                kind, word = ("arrow" if sign == "v" else "spin"), sign + ("" if layer == "given" else "′")
+                found.marks.append(Mark(layer, kind, start, start + arrow, word))
     contact, normal = frame.point(motion.point.tolist()), direction(motion.normal)
     if contact is not None and normal is not None and norm(contact) <= NEAR:
         found.marks.append(Mark("given", "dot", contact, contact, ""))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -25,7 +26,8 @@ def scene_data(bucket: Bucket) -> dict[str, Any]:
 
     ``a``, ``b`` and ``ghost`` are lists of bodies, each ``[kind, numbers, …]``; ``marks`` are ``[layer, kind, six
     numbers, label]``; ``view`` is azimuth and elevation in degrees; ``size`` the radius of the picture in the scene's
-    lengths, null where no double holds it; ``label`` and ``engine`` are texts.
+    lengths, null where no double holds it; ``label`` and ``engine`` are texts, ``said`` a list of
+    ``[layer, text]``.
     """
     return _data(picture_of(bucket))
 
@@ -34,6 +36,7 @@ def _data(picture: Picture) -> dict[str, Any]:
     found: dict[str, Any] = {
         "label": picture.label,
         "engine": picture.engine,
+        "said": [list(words) for words in picture.said],
         "view": [picture.view.azimuth, picture.view.elevation],
         "size": float(f"{picture.size:.6g}") if 0 < picture.size < float("inf") else None,
         "a": [_body(part) for part in picture.a],
@@ -77,9 +80,22 @@ def figure(bucket: Bucket) -> Markup:
 
 @cache
 def script() -> str:
-    """The viewer as one script: it does nothing but upgrade the figures that come into view."""
-    parts = [_own(name) for name in SCRIPTS]
-    return "(() => {\n'use strict';\n" + "\n".join(parts) + "})();\n"
+    """The viewer as one script, without comments and blanks that mean nothing."""
+    lines = (line.strip() for name in SCRIPTS for line in _own(name).splitlines())
+    code = "\n".join(line for line in lines if line and not line.startswith("//"))
+    return f"(() => {{\n'use strict';\n{STRING.sub(_tight, code)}\n}})();\n"
+
+
+STRING = re.compile(
+    r"(?P<string>'[^'\n]*'|`[^`]*`)"
+    r"| ?(?P<sign>=>|[=!]==|[<>]=|&&|\|\||[-+*]=|[=?:*<>&,;{}()\[\]]) ?"
+    r"| (?P<term>[-+/]) (?![-+])"
+)
+"""A text, which stays as it is; or a sign, around which blanks mean nothing."""
+
+
+def _tight(found: re.Match[str]) -> str:
+    return found["string"] or found["sign"] or found["term"]
 
 
 @cache

@@ -17,6 +17,7 @@ from reports.viewer import marks
 from reports.viewer.cut import Shown, shown
 from reports.viewer.frame import Frame, View, best_view, choose, exponent_of
 from reports.viewer.marks import Mark
+from reports.viewer.said import said
 from reports.viewer.solids import Line, Plane, Solid, solids
 
 PIXEL = 1 / 150
@@ -35,6 +36,8 @@ class Picture:
         The bodies; and those of the certificate, where it speaks of others.
     size
         The picture's radius in the scene's own lengths; may be infinite.
+    said
+        Layer and words of what the engine and the reference answer, in the fewest words.
     label
         What a screen reader says.
     notes
@@ -47,6 +50,7 @@ class Picture:
     marks: list[Mark]
     view: View
     size: float
+    said: list[tuple[str, str]]
     label: str
     notes: list[str]
     engine: str
@@ -55,7 +59,7 @@ class Picture:
 def picture_of(bucket: Bucket) -> Picture:
     """Picture of the bucket's witness."""
     finding = bucket.witness
-    scene, proof_scene = finding.scene, finding.verdict.proof_scene or finding.scene
+    scene, proof_scene = finding.scene, _proof_scene(finding)
     exponent = exponent_of(
         [float(scene.a.magnitude), float(scene.b.magnitude), *_positions(scene.a), *_positions(scene.b)]
     )
@@ -64,8 +68,8 @@ def picture_of(bucket: Bucket) -> Picture:
     a, b = shown("A", body_a, frame), shown("B", body_b, frame)
     ghosts = [
         shown("", solids(theirs, exponent)[0], frame)
-        for ours, theirs in ((scene.a, proof_scene.a), (scene.b, proof_scene.b))
-        if not _same(ours, theirs)
+        for theirs in (() if proof_scene is None else (proof_scene.a, proof_scene.b))
+        if not (_same(scene.a, theirs) or _same(scene.b, theirs))
     ]
     found = _marks(finding, proof_scene, frame, _spare(a, b))
     told = [f"{name} is drawn with {' and '.join(words)}" for name, words in (("A", told_a), ("B", told_b)) if words]
@@ -77,6 +81,7 @@ def picture_of(bucket: Bucket) -> Picture:
         marks=found.marks,
         view=_view(a, b, found.marks),
         size=frame.size,
+        said=said(finding),
         label=_label(finding),
         notes=[f"{note}." for note in dict.fromkeys(notes)],
         engine=text.visible(bucket.engine, limit=40),
@@ -87,6 +92,18 @@ def _positions(shape: Proxy) -> list[float]:
     """Coordinates of a shape's place, of which its magnitude need not tell."""
     found = [abs(x) for x in np.asarray(shape.reference_point).tolist()]
     return [x for x in found if math.isfinite(x)]
+
+
+def _proof_scene(finding: Finding) -> Scene | None:
+    """The scene of the certificate, where it lies in this one's space.
+
+    That is another pose or form of its proxies, or one of them and a witness; a proof about a normal's length is not.
+    """
+    scene, other = finding.scene, finding.verdict.proof_scene
+    if other is None:
+        return scene
+    known = any(_same(ours, theirs) for ours in (scene.a, scene.b) for theirs in (other.a, other.b))
+    return other if known or (type(other.a), type(other.b)) == (type(scene.a), type(scene.b)) else None
 
 
 def _same(one: Proxy, other: Proxy) -> bool:
@@ -113,7 +130,7 @@ def _spare(a: Shown, b: Shown) -> Array:
     return np.clip(np.mean(middles, axis=0), -1.0, 1.0) if middles else np.zeros(3)
 
 
-def _marks(finding: Finding, proof_scene: Scene, frame: Frame, spare: Array) -> marks.Marks:
+def _marks(finding: Finding, proof_scene: Scene | None, frame: Frame, spare: Array) -> marks.Marks:
     """All marks; the engine's are drawn over the true ones."""
     scene = finding.scene
     engine, truth = _texts_only(finding.answer), _texts_only(finding.reference)
@@ -125,8 +142,9 @@ def _marks(finding: Finding, proof_scene: Scene, frame: Frame, spare: Array) -> 
         found = marks.Marks(found.marks + own.marks, found.notes + own.notes)
     if not any(mark.layer == "engine" for mark in found.marks):
         found.notes.append("The engine names nothing that could be drawn here")
-    proof = marks.of_proof(finding.verdict.certificate, proof_scene, frame)
-    return marks.Marks(proof.marks + found.marks, found.notes)
+    if proof_scene is not None:
+        found.marks = marks.of_proof(finding.verdict.certificate, proof_scene, frame).marks + found.marks
+    return found
 
 
 def _texts_only(answer: object) -> Mapping[str, object]:

@@ -12,7 +12,7 @@ import numpy as np
 from oracles.outcome import Bucket
 from refimpl.linear import Array, perpendicular
 from reports import text
-from reports.viewer.cut import RIM
+from reports.viewer.cut import RIM, newell
 from reports.viewer.frame import View
 from reports.viewer.marks import LAYERS, Mark
 from reports.viewer.scene import Picture, picture_of
@@ -51,11 +51,15 @@ def _inside(picture: Picture) -> str:
     brush = _Brush(picture.view)
     bodies = [("b", part) for part in picture.b] + [("a", part) for part in picture.a]
     bodies.sort(key=lambda body: (not isinstance(body[1], Plane), brush.nearness(body[1])))
-    drawn = [brush.body("ghost", part) for part in picture.ghost]
-    drawn += [brush.body(name, part) for name, part in bodies]
+    drawn = [brush.body(name, part) for name, part in bodies]
     drawn += [brush.letter(name.upper(), parts) for name, parts in (("a", picture.a), ("b", picture.b)) if parts]
-    for layer in ("given", "proof", *LAYERS[:2]):
+    drawn += [brush.body("proof wire", part) for part in picture.ghost]
+    for layer in LAYERS:
         drawn += [brush.mark(mark) for mark in picture.marks if mark.layer == layer]
+    drawn += [
+        f'<text class="{layer} said" x="{12 - WIDE // 2}" y="{24 * line + 28 - HIGH // 2}">{_text(words)}</text>'
+        for line, (layer, words) in enumerate(picture.said)
+    ]
     return f"<title>{_text(text.visible(picture.label, limit=TITLE_LENGTH))}</title>" + "".join(drawn)
 
 
@@ -108,7 +112,7 @@ class _Brush:
 
     def _faces(self, part: Mesh) -> str:
         """Those faces that look towards the eye, or all of a mesh that has none."""
-        front = [face for face in part.faces if len(face) < 3 or _normal(part.vertices[list(face)]) @ self.eye > 0]
+        front = [face for face in part.faces if len(face) < 3 or newell(part.vertices[list(face)]) @ self.eye > 0]
         flat = self.flat(part.vertices)
         return "".join(_ring(flat[list(face)]) for face in front or part.faces)
 
@@ -144,10 +148,11 @@ class _Brush:
             case "plane":
                 middle, across = _disc(mark.at, mark.to, 0.9)
                 return _ellipse("proof disc", self.flat(middle), self.flat(across))
-            case "arrow":
+            case "arrow" | "spin":
                 tip = at + (to - at) * 1.12
                 label = f'<text class="{mark.layer} word" x="{tip[0]:.0f}" y="{tip[1]:.0f}">{_text(mark.label)}</text>'
-                return _path(mark.layer, f"M{_xy(at)}L{_xy(to)}{_head(at, to)}") + label
+                heads = _head(at, to) + (_head(at, at + 0.9 * (to - at)) if mark.kind == "spin" else "")
+                return _path(mark.layer, f"M{_xy(at)}L{_xy(to)}{heads}") + label
             case _:
                 return _path(mark.layer, f"M{_xy(at)}L{_xy(to)}")
 
@@ -158,11 +163,6 @@ def _disc(foot: Array, normal: Array, rim: float = RIM) -> tuple[Array, Array]:
     first = perpendicular(normal)
     radius = math.sqrt(max(0.3, rim * rim - level * level))
     return level * normal, radius * np.stack([first, np.cross(normal, first)])
-
-
-def _normal(ring: Array) -> Array:
-    """Normal of a polygon, as long as twice its area (Newell)."""
-    return np.asarray(np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0))
 
 
 def _xy(point: Array) -> str:
