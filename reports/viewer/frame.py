@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from refimpl.linear import Array, norm
-from reports.viewer.solids import Line, Plane, Solid
+from reports.viewer.solids import Dot, Lathe, Line, Plane, Solid
 
 MARGIN = 1.12
 NEARLY = 25.0
@@ -78,40 +78,40 @@ def exponent_of(magnitudes: Iterable[float]) -> int:
 
 def choose(exponent: int, a: list[Solid], b: list[Solid], anchors: list[Array]) -> Frame:
     """Frame of two bodies; `anchors` are true points, brought in where they are near."""
-    ball_a, ball_b = (_ball(np.concatenate([part.corners() for part in side])) for side in (a, b))
+    ball_a, ball_b = _ball(a), _ball(b)
     smaller, larger = sorted((ball_a, ball_b), key=lambda ball: ball[1])
     gap = float(norm(smaller[0] - larger[0])) - smaller[1] - larger[1]
     focused = smaller[1] > 0 and larger[1] > NEARLY * smaller[1] and gap < NEARLY * smaller[1]
-    bounded = [ball for ball in (ball_a, ball_b) if ball[1] >= 0]
-    center, radius = smaller if focused else _around(bounded) if bounded else (np.zeros(3), -1.0)
+    seen = (a if smaller is ball_a else b) if focused else [*a, *b]
+    center, radius = _ball(seen)
     needed = [] if focused else [*_feet(a, center), *_feet(b, center)]
     near = [x for x in anchors if radius <= 0 or norm(x - center) < REACH * radius]
-    points = np.stack([*needed, *near]) if needed or near else np.empty((0, 3))
-    center, radius = _around([(center, radius)] * (radius >= 0) + [(x, 0.0) for x in points])
+    center, radius = _ball([*seen, *map(Dot, [*needed, *near])])
     return Frame(exponent, center, MARGIN * radius if radius > 0 else 1.0, focused)
 
 
 Ball = tuple[Array, float]
 
 
-def _ball(corners: Array) -> Ball:
-    """A ball around points; of no points, one of radius −1."""
-    if not len(corners):
+def _ball(parts: list[Solid]) -> Ball:
+    """A ball around bodies, of those without end around what they begin with; around nothing, one of radius −1."""
+    if not any(len(part.corners()) for part in parts):
         return np.zeros(3), -1.0
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    return low / 2 + high / 2, float(norm(high / 2 - low / 2))
+    corners = np.concatenate([part.corners() for part in parts])
+    center = corners.min(axis=0) / 2 + corners.max(axis=0) / 2
+    return center, max(farthest(part, center) for part in parts)
 
 
-def _around(balls: list[Ball]) -> Ball:
-    """A ball around balls."""
-    if not balls:
-        return np.zeros(3), 0.0
-    if len(balls) == 1:
-        return balls[0]
-    low = np.min([center - radius for center, radius in balls], axis=0)
-    high = np.max([center + radius for center, radius in balls], axis=0)
-    center = low / 2 + high / 2
-    return center, max(float(norm(c - center)) + radius for c, radius in balls)
+def farthest(part: Solid, center: Array) -> float:
+    """How far the points of a body are from a centre, at most; 0 for a plane."""
+    if isinstance(part, Plane):
+        return 0.0
+    if not isinstance(part, Lathe):
+        return float(norm(part.corners() - center).max())
+    sizes = norm(part.axes)
+    sweep = part.axes[2] * (part.half if part.kind == "rod" else 1.0 if part.kind == "can" else 0.0)
+    ends = np.stack([part.center + sweep, part.center - sweep]) - center
+    return float(norm(ends).max() + (sizes[0] if part.kind == "can" else sizes.max()))
 
 
 def _feet(side: list[Solid], center: Array) -> list[Array]:

@@ -19,6 +19,11 @@ class Pen {
     context.setLineDash(dash.map((x) => x * this.ratio));
   }
 
+  font(size, weight = 400) {
+    this.context.font = `${weight} ${size * this.ratio}px system-ui, sans-serif`;
+    return this.context;
+  }
+
   path(points, closed = false) {
     this.context.beginPath();
     for (const point of points) this.context.lineTo(...point);
@@ -69,7 +74,7 @@ class Pen {
       if (kind === 'spin') this.head(start, this.camera.project(along(at, 0.9, along(to, -1, at))));
     }
     const word = kind === 'plane' ? this.camera.project(along(at, 0.7, across(to))) : end;
-    if (label) this.word(label, word, color, kind === 'dot' ? [0.7, -0.7] : unit2(start, end), '600 12.5px');
+    if (label) this.word(label, word, color, kind === 'dot' ? [0.7, -0.7] : unit2(start, end), 12.5);
   }
 
   head(start, end) {
@@ -96,33 +101,31 @@ class Pen {
   }
 
   // A word beside a place, on the side to which `way` points, or where nothing else is written.
-  word(text, [x, y], color, way, font) {
-    const context = this.context;
-    context.font = font.replace(/[\d.]+px/, (size) => `${parseFloat(size) * this.ratio}px`) + ' system-ui, sans-serif';
-    const [wide, high] = [context.measureText(text).width / 2 + 3 * this.ratio, 8 * this.ratio];
+  word(text, [x, y], color, way, size) {
+    const wide = this.font(size, 700).measureText(text).width / 2 + 3 * this.ratio;
+    const high = 8 * this.ratio;
     const [left, up] = [way[0] * (wide + 7 * this.ratio), way[1] * (high + 6 * this.ratio)];
     const tries = [[left, up], [-left, -up], [up, -left], [-up, left], [0, -2.4 * high], [0, 2.4 * high]];
     const free = ([dx, dy]) =>
       this.taken.every(([u, v, w, h]) => Math.abs(x + dx - u) > wide + w || Math.abs(y + dy - v) > high + h);
     const [dx, dy] = tries.find(free) || tries[0];
     this.taken.push([x + dx, y + dy, wide, high]);
+    this.ink(text, x + dx, y + dy, color);
+  }
+
+  // Text on a halo of the paper's colour.
+  ink(text, x, y, color) {
     this.set(this.colors.paper, 4, 0.85);
-    context.strokeText(text, x + dx, y + dy);
+    this.context.strokeText(text, x, y);
     this.set(color, 1);
-    context.fillText(text, x + dx, y + dy);
+    this.context.fillText(text, x, y);
   }
 
   // A line of text in the upper left corner.
   line(text, number, color) {
     const [x, y] = [12 * this.ratio, (18 + 18 * number) * this.ratio];
-    this.context.textAlign = 'left';
-    this.context.font = `600 ${13 * this.ratio}px system-ui, sans-serif`;
-    this.set(this.colors.paper, 4, 0.85);
-    this.context.strokeText(text, x, y);
-    this.set(color, 1);
-    this.context.fillText(text, x, y);
-    this.context.textAlign = 'center';
-    const half = this.context.measureText(text).width / 2;
+    const half = this.font(13, 600).measureText(text).width / 2;
+    this.ink(text, x + half, y, color);
     this.taken.push([x + half, y, half, 9 * this.ratio]);
   }
 
@@ -139,7 +142,7 @@ class Pen {
     const room = 16 * this.ratio;
     if (!best) return;
     best = [Math.max(room, Math.min(width - room, best[0])), Math.max(2 * room, Math.min(high - room, best[1]))];
-    this.word(name, best, color, [Math.sign(side) * 0.5, -1], '700 17px');
+    this.word(name, best, color, [Math.sign(side) * 0.5, -1], 17);
   }
 
   axes(width, height) {
@@ -150,8 +153,7 @@ class Pen {
       this.set(this.colors.truth, 1.2, 0.55);
       this.path([[x, y], [x + dx, y + dy]]);
       this.context.stroke();
-      this.context.font = `${11 * this.ratio}px system-ui, sans-serif`;
-      this.context.fillText(name, x + 1.4 * dx, y + 1.4 * dy);
+      this.font(11).fillText(name, x + 1.4 * dx, y + 1.4 * dy);
     });
   }
 
@@ -167,8 +169,7 @@ class Pen {
     this.set(this.colors.truth, 1.4, 0.7);
     this.path([[x, y - tick], [x, y], [x + pixels, y], [x + pixels, y - tick]]);
     this.context.stroke();
-    this.context.font = `${11 * this.ratio}px system-ui, sans-serif`;
-    this.context.fillText(String(Number(length.toPrecision(1))), x + pixels / 2, y - 9 * this.ratio);
+    this.font(11).fillText(length >= 1e5 || length < 1e-3 ? length.toExponential(0).replace('+', '') : +length.toPrecision(1), x + pixels / 2, y - 9 * this.ratio);
   }
 }
 

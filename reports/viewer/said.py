@@ -6,24 +6,39 @@ import math
 from collections.abc import Mapping
 
 from oracles.outcome import Finding, Kind
-from oracles.scene import BOOLEAN, CONTACTS, IMPACT, RAYCAST
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
 from reports import text
+
+DIGITS = (4, 7, 10, 13, 17)
+"""Significant digits that are tried until the two answers differ."""
 
 LOST = (Kind.CRASHED, Kind.TIMED_OUT)
 
 
 def said(finding: Finding) -> list[tuple[str, str]]:
     """Layer and words of both answers; with as many digits as tell the two apart."""
-    query = finding.scene.query
-    if query == IMPACT:
-        return []
-    answers = (finding.answer, finding.reference)
-    short, long = ([_words(query, answer, digits) for answer in answers] for digits in (4, 17))
-    engine, truth = short if short[0] != short[1] else long
-    if finding.verdict.kind in LOST:
-        engine = text.visible(finding.verdict.symptom, limit=40) or finding.verdict.kind.value
+    query, verdict = finding.scene.query, finding.verdict
     name = text.visible(finding.engine, limit=40)
-    return [(layer, words) for layer, words in (("engine", f"{name}: {engine}"), ("truth", f"true: {truth}")) if words]
+    symptom = text.visible(verdict.symptom, limit=80)
+    if query == IMPACT:
+        return [("engine", f"{name}: {symptom}")]
+    truth = _truth(finding)
+    for digits in DIGITS:
+        engine, true = (_words(query, answer, digits) for answer in (finding.answer, finding.reference))
+        if engine != true:
+            break
+    if verdict.kind in LOST:
+        engine = symptom or verdict.kind.value
+    return [("engine", f"{name}: {engine}"), ("truth", f"true: {truth or true}")]
+
+
+def _truth(finding: Finding) -> str:
+    """What is proven of a boolean's scene: more than yes or no."""
+    verdict, proof_scene = finding.verdict, finding.verdict.proof_scene
+    about = proof_scene is None or proof_scene.id == finding.scene.id
+    if finding.scene.query != BOOLEAN or not about or not math.isfinite(verdict.lower):
+        return ""
+    return _words(DISTANCE, {"distance": float(verdict.lower)}, 4)
 
 
 def _words(query: str, answer: object, digits: int) -> str:
@@ -35,6 +50,8 @@ def _words(query: str, answer: object, digits: int) -> str:
         if hit == 0 or time == math.inf:
             return "no hit"
         return "no answer" if time is None else f"hit at t = {time:.{digits}g}"
+    if distance == -math.inf:
+        return "overlap without end"
     if distance is not None and (query != BOOLEAN or hit is None):
         return f"distance {distance:.{digits}g}" if distance >= 0 else f"overlap, depth {-distance:.{digits}g}"
     if hit is None:

@@ -30,7 +30,7 @@ from reports.viewer.meshes import Face, few_corners, few_triangles, polygons
 MOST_PARTS = 24
 """Parts of a composite that are drawn, the largest first."""
 
-MOST_TRIANGLES, FEWEST = 96, 12
+MOST_TRIANGLES, FEWEST = 128, 16
 """Triangles of a shape that are drawn, and that any part of it may have."""
 
 

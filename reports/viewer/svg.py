@@ -133,11 +133,24 @@ class _Brush:
 
     def letter(self, name: str, parts: list[Solid]) -> str:
         """The body's name, beside its largest part."""
-        corners = [_disc(p.foot, p.normal)[0][None] if isinstance(p, Plane) else p.corners() for p in parts]
-        flat = self.flat(np.clip(np.concatenate(corners), -1.0, 1.0))
-        outward = flat[np.argmin(flat @ np.array([0.6 if name == "A" else -0.6, 1.0]))]
+        way = np.array([-0.6 if name == "A" else 0.6, -1.0])
+        flat = np.concatenate([self._outermost(part, way) for part in parts])
+        outward = np.clip(flat[np.argmax(flat @ way)], -SCALE, SCALE)
         x, y = np.clip(outward - np.array([0, 8]), [-WIDE / 2 + 20, -HIGH / 2 + 30], [WIDE / 2 - 20, HIGH / 2 - 12])
         return f'<text class="{name.lower()}" x="{x:.0f}" y="{y:.0f}">{name}</text>'
+
+    def _outermost(self, part: Solid, way: Array) -> Array:
+        """Places of a body, among them the one that is farthest along a way on the paper."""
+        if isinstance(part, Plane):
+            return self.flat(_disc(part.foot, part.normal)[0])[None]
+        if not isinstance(part, Lathe):
+            return self.flat(part.corners())
+        axes = self.flat(part.axes)
+        sweep = axes[2] * (part.half if part.kind == "rod" else 1.0 if part.kind == "can" else 0.0)
+        around = axes[:2] if part.kind == "can" else axes
+        along = around @ way
+        reach = around.T @ along / max(math.hypot(*along), 1e-9)
+        return np.asarray(self.flat(part.center) + reach + math.copysign(1.0, sweep @ way) * sweep)[None]
 
     def mark(self, mark: Mark) -> str:
         """A mark in the colour of its layer."""
