@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -76,6 +77,9 @@ def _shown(part: Solid) -> Iterator[tuple[Solid | None, str]]:
         if np.any(high > 2 * BEYOND) or np.any(low < -2 * BEYOND):
             yield _cut(part)
             return
+    if isinstance(part, Lathe) and part.kind != "ball" and norm(part.axes[0]) < SPECK / 4:
+        sweep = part.axes[2] * (part.half if part.kind == "rod" else 1.0)
+        part = Line(part.center - sweep, part.center + sweep)
     if isinstance(part, Line):
         line = clipped(part, RIM if part.endless else BEYOND)
         yield line, "" if line else "passes outside the picture"
@@ -161,18 +165,22 @@ def _nearest_of_ellipsoid(local: Array, radii: Array) -> tuple[Array, Array]:
 
 
 def _nearest_of_can(local: Array, lengths: Array) -> tuple[Array, Array]:
-    across, half = np.array([local[0], local[1], 0.0]), lengths[2]
-    away = float(norm(across))
-    if away - lengths[0] > abs(float(local[2])) - half:
-        side = _unit(across)
-        return lengths[0] * side + np.array([0.0, 0.0, np.clip(local[2], -half, half)]), side
-    end = np.array([0.0, 0.0, 1.0 if local[2] >= 0 else -1.0])
-    return across * min(1.0, lengths[0] / away if away > 0 else 1.0) + half * end, end
+    """Clamp to the solid; from within it, leave by the side or the end that is nearer."""
+    radius, half = float(lengths[0]), float(lengths[2])
+    side, end = _unit(local * [1, 1, 0]), np.array([0.0, 0.0, math.copysign(1.0, local[2])])
+    away = math.hypot(local[0], local[1])
+    foot = min(away, radius) * side + min(abs(float(local[2])), half) * end
+    if away > radius or abs(local[2]) > half:
+        return foot, _unit(local - foot)
+    if radius - away < half - abs(local[2]):
+        return foot + (radius - away) * side, side
+    return foot + (half - abs(float(local[2]))) * end, end
 
 
 def _unit(v: Array) -> Array:
+    """Direction of a vector; x for none, which lies across a can's axis."""
     size = float(norm(v))
-    return v / size if size > 0 else np.array([0.0, 0.0, 1.0])
+    return v / size if size > 0 else np.array([1.0, 0.0, 0.0])
 
 
 def _cut_mesh(part: Mesh) -> Mesh | None:

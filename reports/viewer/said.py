@@ -47,16 +47,18 @@ def _words(query: str, answer: object, digits: int) -> str:
         return "no answer"
     hit, distance, time = (_number(answer.get(name)) for name in ("hit", "distance", "t"))
     if query == RAYCAST:
-        if hit == 0 or time == math.inf:
-            return "no hit"
-        return "no answer" if time is None else f"hit at t = {time:.{digits}g}"
+        miss = hit == 0 or time == math.inf
+        return "no hit" if miss else "no answer" if time is None else f"hit at t = {time:.{digits}g}"
+    if distance is not None and (query != BOOLEAN or hit is None):
+        return _distance(distance, digits)
+    contact = "no contact" if query == CONTACTS else "no overlap"
+    return "no answer" if hit is None else "overlap" if hit else contact
+
+
+def _distance(distance: float, digits: int) -> str:
     if distance == -math.inf:
         return "overlap without end"
-    if distance is not None and (query != BOOLEAN or hit is None):
-        return f"distance {distance:.{digits}g}" if distance >= 0 else f"overlap, depth {-distance:.{digits}g}"
-    if hit is None:
-        return "no answer"
-    return "overlap" if hit else "no contact" if query == CONTACTS else "no overlap"
+    return f"distance {distance:.{digits}g}" if distance >= 0 else f"overlap, depth {-distance:.{digits}g}"
 
 
 def _number(value: object) -> float | None:

@@ -112,7 +112,8 @@ def _same(one: Proxy, other: Proxy) -> bool:
 
 def _anchors(finding: Finding, exponent: int) -> list[Array]:
     """True points, scaled: they belong into the picture."""
-    said = [marks.vector(finding.reference.get(name)) for name in ("on_a", "on_b", "point")]
+    truth = _texts_only(finding.reference)
+    said = [marks.vector(truth.get(name)) for name in ("on_a", "on_b", "point")]
     points = [np.ldexp(np.array(place), -exponent) for place in said if place is not None]
     if finding.scene.motion is not None:
         points.append(np.ldexp(finding.scene.motion.point, -exponent))

@@ -173,7 +173,7 @@ def _turned(kind: str, p: Array, q: Array, radius: Array) -> Solid:
     length = float(norm(q - p))
     if length == 0:
         return Lathe("ball", p, radius * np.eye(3)) if radius > 0 else Dot(p)
-    if radius == 0 or length / radius > 1e9:
+    if radius < length * np.finfo(np.float64).tiny:
         return Line(p, q)
     axis = (q - p) / length
     across = perpendicular(axis)
