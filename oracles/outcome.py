@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from hashlib import sha256
 from typing import TYPE_CHECKING
 
 from oracles.accuracy import Accuracy, CellKey, Extreme, ExtremeKey
@@ -15,6 +16,10 @@ from refimpl.proof.impacts import ImpactCertificate
 
 if TYPE_CHECKING:
     from oracles.sheets import Sheet
+
+
+ID_DIGITS = 12
+"""Hexadecimal digits of a bucket's id."""
 
 
 class Kind(StrEnum):
@@ -184,6 +189,11 @@ class Bucket:
         if self.decade is not None:
             parts.append(f"1e{self.decade:+d}")
         return " · ".join(parts)
+
+    @property
+    def id(self) -> str:
+        """Short name by which runs and reports refer to it: the first digits of the key's SHA-256."""
+        return sha256(self.key.encode("utf-8", "surrogatepass")).hexdigest()[:ID_DIGITS]
 
     @property
     def against_reference(self) -> bool:

@@ -136,7 +136,7 @@ def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:
     yield "ledger", _listed(bucket)
     for name, shape in (("A", scene.a), ("B", scene.b)):
         if not shapes.is_whole(shape):
-            yield f"numbers of {name}", f"{text.count(shape.pack().size)}: run.json has them all"
+            yield f"numbers of {name}", f"{text.count(shape.pack().size)}: report.json has them all"
     yield "scene", " · ".join(filter(None, (scene.id, text.visible(scene.regime), text.visible(scene.source))))
 
 
@@ -263,4 +263,4 @@ def warnings(run: Run) -> list[str]:
     told = [*run.problems, *(f"{what} ({text.plural(n, 'time')})" for what, n in run.incidents.most_common())]
     found += [text.visible(problem, limit=1000) for problem in told[:MOST_WARNINGS]]
     more = len(told) - MOST_WARNINGS
-    return [*found, f"… and {text.count(more)} more such problems: run.json has them all."] if more > 0 else found
+    return [*found, f"… and {text.count(more)} more such problems: report.json has them all."] if more > 0 else found

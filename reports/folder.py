@@ -1,4 +1,4 @@
-"""The report's folder: `index.html`, `report.md`, `run.json`, and `repro/` with a script per bucket."""
+"""The report's folder: `index.html`, `report.md`, `report.json`, and `repro/` with a script per bucket."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from oracles.outcome import Run
 from reports import html, markdown
 from reports.findings import bucket_views
-from reports.summary import run_json
+from reports.summary import report_json
 
 OWN_SCRIPT = re.compile(r"repro/\d{3,}-[A-Za-z0-9-]+\.py")
 
@@ -30,7 +30,7 @@ def prepare(folder: Path) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise FolderError(f"{str(folder)!r} is a file: name a folder with --out")
-    if (folder / "index.html").exists() and not (folder / "run.json").exists():
+    if (folder / "index.html").exists() and not (folder / "report.json").exists():
         raise FolderError(
             f"{str(folder)!r} holds an index.html that is no report of ours: name another folder with --out"
         )
@@ -57,7 +57,7 @@ def write(run: Run, folder: Path) -> None:
         for view in bucket_views(run):
             if view.repro:
                 _replace(folder / view.file, view.repro)
-        _replace(folder / "run.json", run_json(run))
+        _replace(folder / "report.json", report_json(run))
         _replace(folder / "report.md", markdown.render(run))
         _replace(folder / "index.html", html.render(run))
     except OSError as error:
@@ -78,7 +78,7 @@ def _replace(path: Path, content: str) -> None:
 def _remove_old_scripts(folder: Path) -> None:
     """Remove the scripts that the last report in this folder lists, and no file that is not ours."""
     try:
-        old = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        old = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         listed = [bucket["repro"] for bucket in old["buckets"]]
     except (OSError, ValueError, LookupError, TypeError):
         return

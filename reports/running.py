@@ -207,7 +207,7 @@ def _campaign(question: dict[str, Any], executor: Any, out: Path, *, resume: boo
             found = run_campaign(**question, listener=listener, executor=executor(), folder=out, resume=resume)
     except (folder.FolderError, EngineUnavailable, ModelError, RecordError, ClusterUnavailable) as error:
         raise BadInput(str(error)) from None
-    written = f"report: {text.visible(out / 'index.html')}, report.md, run.json and repro/"
+    written = f"report: {text.visible(out / 'index.html')}, report.md, report.json and repro/"
     with ignored():
         try:
             folder.write(found, out)

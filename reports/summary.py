@@ -1,6 +1,6 @@
-"""A run as plain data: the file `run.json` next to the report.
+"""A run as plain data: the file `report.json` next to the report.
 
-The format, `proxyproof-run-1`, is one JSON object:
+The format, `proxyproof-report-1`, is one JSON object:
 
 - ``format``, ``seed``, ``budget`` and ``seconds`` (both in seconds), ``started`` (UTC, ISO 8601), ``interrupted``
 - ``engines``: names; ``engine_versions``: of each, what the ledger goes by; ``versions``: package to version;
@@ -14,8 +14,8 @@ The format, `proxyproof-run-1`, is one JSON object:
   ``models``: what the regime `models` was made of, and each file that it could not use
 - ``ledger``: the entries of the ledger for these engines, as objects with ``engine, name, state, why, seen, witnesses,
   holding, cause, upstream, file``: holding are those of its witnesses that still fail as it says
-- ``buckets``, what is new first, then the worst: objects with ``number, key, engine, query, pair, symptom, degeneracy,
-  decade, kind, severity, amount, worst, lower, upper, claim, count, proven, regimes, state, entry, scene, proof_scene,
+- ``buckets``, what is new first, then the worst: objects with ``number, id, key, engine, query, pair, symptom,
+  degeneracy, decade, kind, severity, amount, worst, lower, upper, claim, count, proven, regimes, state, entry, scene, proof_scene,
   answer, reference, text, certificate, related, repro``; ``related`` is null, or ``relation, scene, answer`` of a scene
   whose answer contradicts that of ``scene``; ``repro`` is the script's path within the folder, ``entry`` names the
   one that explains the bucket, a scene is ``query, a, b, regime, source, id`` with each
@@ -38,14 +38,14 @@ from refimpl.proof.wire import certificate_to_json
 from reports import text
 from reports.findings import repro_file
 
-FORMAT = "proxyproof-run-1"
+FORMAT = "proxyproof-report-1"
 
 UNCUT = 1_000_000
 """Longest text of the project's own, in characters; foreign texts are cut where the reports cut them."""
 
 
-def run_data(run: Run) -> dict[str, Any]:
-    """Return the run as data for `run.json`; the module's docstring describes it."""
+def report_data(run: Run) -> dict[str, Any]:
+    """Return the run as data for `report.json`; the module's docstring describes it."""
     counts = [
         {"engine": engine, "query": query, "pair": pair, "regime": regime, "verdict": kind.value, "count": n}
         for (engine, query, pair, regime, kind), n in sorted(run.counts.items())
@@ -75,10 +75,10 @@ def run_data(run: Run) -> dict[str, Any]:
     return {**text.plain(data), "buckets": buckets}
 
 
-def run_json(run: Run) -> str:
-    """Return the text of `run.json`: a line per entry, and per item of the lists."""
+def report_json(run: Run) -> str:
+    """Return the text of `report.json`: a line per entry, and per item of the lists."""
     lines = []
-    for name, value in run_data(run).items():
+    for name, value in report_data(run).items():
         items = [_dump(item) for item in value] if isinstance(value, list) else []
         lines.append(f"{_dump(name)}: " + ("[\n" + ",\n".join(items) + "\n]" if items else _dump(value)))
     return "{\n" + ",\n".join(lines) + "\n}\n"
@@ -106,7 +106,8 @@ def _bucket(number: int, bucket: Bucket) -> dict[str, Any]:
         **{name: getattr(verdict, name) for name in ("kind", "severity", "amount", "lower", "upper", "claim")},
         **{name: getattr(finding, name) for name in ("answer", "reference", "text")},
     }
-    return {"number": number, **text.plain(said), **text.plain(own, UNCUT), "repro": repro_file(number, bucket)}
+    named = {"number": number, "id": bucket.id}
+    return {**named, **text.plain(said), **text.plain(own, UNCUT), "repro": repro_file(number, bucket)}
 
 
 def _scene(scene: Scene) -> dict[str, Any]:

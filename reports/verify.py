@@ -34,13 +34,13 @@ def completeness(folder: Path) -> list[str]:
     Raises
     ------
     NoReport
-        When `run.json` is missing or is not of this format.
+        When `report.json` is missing or is not of this format.
     """
-    data = _read(folder / "run.json")
+    data = _read(folder / "report.json")
     try:
         return [*_run(data), *_coverage(data), *_pages(folder, data), *_buckets(folder, data)]
     except (LookupError, TypeError, AttributeError) as error:
-        raise NoReport(f"{folder / 'run.json'} is damaged: {error!r}") from None
+        raise NoReport(f"{folder / 'report.json'} is damaged: {error!r}") from None
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -61,7 +61,7 @@ def _run(data: dict[str, Any]) -> Iterator[str]:
     yield from data["problems"]
     for name in ("engines", "versions", "regimes", "counts", "support", "timing"):
         if not data[name]:
-            yield f"run.json names no {name}"
+            yield f"report.json names no {name}"
 
 
 def _coverage(data: dict[str, Any]) -> Iterator[str]:

@@ -114,7 +114,7 @@ def test_exit_status_tells_what_became_of_it(asked: Any, out: Path, change: dict
         setattr(run, name, value)
     assert cli.main(["run", "--out", str(out)]) == status
     assert (out / "index.html").read_text("utf-8").endswith("</html>")
-    assert json.loads((out / "run.json").read_text("utf-8"))["interrupted"] == run.interrupted
+    assert json.loads((out / "report.json").read_text("utf-8"))["interrupted"] == run.interrupted
 
 
 def test_interrupt_before_the_first_answer(asked: Any, out: Path) -> None:

@@ -148,7 +148,7 @@ def test_nothing_invisible_is_written(render: Any) -> None:
     written.encode("utf-8")
 
 
-@pytest.mark.parametrize("render", [html.render, markdown.render, summary.run_json])
+@pytest.mark.parametrize("render", [html.render, markdown.render, summary.report_json])
 def test_an_error_text_of_ten_megabytes_is_cut(render: Any) -> None:
     written = render(hostile_run(TAME, error="\x1b<b>" * 2_500_000 + "RuntimeError: the end"))
     assert len(written) < 200_000

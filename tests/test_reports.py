@@ -244,7 +244,7 @@ def test_shape_of_many_numbers_is_named_by_size_and_digest(run: Run, page: Page,
     for words in (page.words, notes):
         assert said in words
         assert repr(float(STONE.vertices[60, 0])) not in words
-    data = summary.run_data(run)["buckets"][-1]["scene"]["a"]["numbers"]
+    data = summary.report_data(run)["buckets"][-1]["scene"]["a"]["numbers"]
     assert data == STONE.pack().tolist()
 
 
@@ -334,7 +334,7 @@ def test_many_buckets_are_all_told_and_the_last_without_data(render: Callable[[R
     said = render(run)
     assert said.count("print(&#34;distance" if render is html.render else 'print("distance') == MOST_SCRIPTS
     assert all(view.file in said for view in findings.bucket_views(run))
-    assert len(re.findall(r"run\.json has it, with bucket \d+", said)) == 20
+    assert len(re.findall(r"report\.json has it, with bucket \d+", said)) == 20
 
 
 def test_run_without_findings_renders() -> None:
@@ -379,7 +379,7 @@ def test_answers_that_contradict_each_other_are_reported_with_both_scenes() -> N
         assert "distance = 1.25" in shown
     assert "engines write each pair once" in text
     assert Kind.INCONSISTENT.value in page
-    data = summary.run_data(run)
+    data = summary.report_data(run)
     assert data["buckets"][0]["related"]["relation"] == "swapped"
     assert data["buckets"][0]["related"]["scene"]["id"] == other.id
     assert {entry["count"] for entry in data["relations"]} == {7}
