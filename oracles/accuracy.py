@@ -36,7 +36,7 @@ class Spread:
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of one engine in one cell: in one regime, or in all of them where `regime` is empty.
+    """Errors of one engine: in a cell and regime, in all regimes where that is empty, in all pairs likewise.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Speed:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """All of it; cells as a whole stand before their regimes."""
+    """All of it; queries as a whole stand before their cells, and these before their regimes."""
 
     errors: tuple[Errors, ...] = ()
     points: tuple[Point, ...] = ()

@@ -39,11 +39,12 @@ SELECT *, CASE WHEN error = 0 THEN 0 ELSE error / size END AS relative
 FROM (SELECT {COLUMNS} FROM {{source}})
 """
 BY_REGIME = f"""
-SELECT engine, query, pair, coalesce(regime, '') AS regime, count(*) FILTER ({ANSWERED}), count(error),
-       count(error) FILTER (verdict = 'convention'), count(*) FILTER ({LOST}),
+SELECT engine, query, coalesce(pair, '') AS pair, coalesce(regime, '') AS regime,
+       count(*) FILTER ({ANSWERED}), count(error), count(error) FILTER (verdict = 'convention'),
+       count(*) FILTER ({LOST}),
        {RANKS.format("error")}, {RANKS.format("relative")}
 FROM judged
-GROUP BY GROUPING SETS ((engine, query, pair), (engine, query, pair, regime))
+GROUP BY GROUPING SETS ((engine, query), (engine, query, pair), (engine, query, pair, regime))
 HAVING count(*) FILTER ({ANSWERED} OR {LOST}) > 0
 """
 STEPS = 2
@@ -84,7 +85,7 @@ class Measured:
         self._database.close()
 
     def errors(self, proven: Mapping[ExtremeKey, float]) -> tuple[Errors, ...]:
-        """Errors of each cell, and of each of its regimes, in the order of the pair table."""
+        """Errors of each query, of its cells, and of each of their regimes, in the order of the pair table."""
         found = [_errors(row) for row in self._rows(BY_REGIME)]
         found.sort(key=_order)
         return tuple(row if row.regime else _with_proof(row, proven) for row in found)
@@ -115,7 +116,7 @@ def _with_proof(row: Errors, proven: Mapping[ExtremeKey, float]) -> Errors:
     )
 
 
-_PLACES = {f"{a.__name__}–{b.__name__}": place for place, (a, b) in enumerate(TABLE)}
+_PLACES = {"": -1} | {f"{a.__name__}–{b.__name__}": place for place, (a, b) in enumerate(TABLE)}
 
 
 def _order(row: Errors) -> tuple[object, ...]:
