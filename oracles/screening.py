@@ -60,9 +60,10 @@ class Screening:
     pressure : (n,)
         Largest error of any claim relative to the tolerance for it: what steers the adversarial hunter.
     error : (n,)
-        By how much the value that was answered (signed distance, time of a hit as a way) is off at least, before any
-        tolerance: its distance from the reference's value less what the reference may err by. A length, of impacts a
-        velocity; on the effective shapes, where these speak for the engine. NaN without a value.
+        By how much the value that was answered (signed distance, time of a ray's hit) is off at least, before any
+        tolerance: its distance from the reference's value, of a hit that from the surface, less what the reference may
+        err by. A length, of impacts a velocity; on the effective shapes, where these speak for the engine. NaN without
+        a value.
     """
 
     codes: NDArray[np.int8]

@@ -13,8 +13,8 @@ from reports.tables import Column, Entry, Table, engines
 NOTE = (
     "An error is what is beyond doubt: the distance of the answer from the reference's, less what the reference may "
     "err by (1e-14 to 1e-12 of the scene's size); 0 is below that. It is relative to the scene's largest coordinate, "
-    "extent or velocity. Below it stands the error itself, a length, of impacts a velocity, of rays the way by which "
-    "the hit is off. The worst errors of each cell are proven by certificates."
+    "extent or velocity. Below it stands the error itself, a length, of impacts a velocity, of rays how far the hit is "
+    "from the surface. The worst errors of each cell are proven by certificates."
 )
 RANKS = ("median", "99 %", "worst")
 UNPROVEN = "≥"
