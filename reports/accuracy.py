@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from oracles.accuracy import Accuracy, CellKey, Errors, Speed
@@ -144,7 +145,9 @@ def _shown_worst(row: Errors, *, relative: bool) -> str:
 
 def _short(value: float) -> str:
     """Two significant digits: errors are told by their decade."""
-    return f"{value:.1e}" if 0 < value < float("inf") else text.short(value)
+    if value == math.inf:
+        return "∞"
+    return f"{value:.1e}" if value > 0 else "0"
 
 
 def _by_cell(found: Accuracy) -> Mapping[CellKey, list[Errors]]:
