@@ -66,14 +66,14 @@ class Judge:
         for ours, theirs in pairs:
             if "wrong" in found and not self._doubtful(cell, theirs, scene):
                 break  # of what holds on the effective shapes, one is enough to tell a convention
-            verdict = self._try(cell, ours, scene, nominal)
+            verdict = self.tried(cell, ours, scene, nominal)
             if verdict.kind is Kind.REFERENCE_WRONG:
                 return verdict
             if verdict.kind is Kind.WRONG and ours.by_convention:
                 found.setdefault("waived", verdict)
             elif verdict.kind is Kind.WRONG:
                 found.setdefault("wrong", verdict)
-                joint = self._both(verdict, self._try(cell, theirs, scene, effective), scene)
+                joint = self._both(verdict, self.tried(cell, theirs, scene, effective), scene)
                 if joint.kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
                     inside = joint.kind is Kind.WRONG and self.rules.excused_inside(cell, nominal)[0]
                     return replace(joint, kind=Kind.CONVENTION, severity=None) if inside else joint
@@ -132,7 +132,7 @@ class Judge:
         for claim in rows.claims():
             if claim.by_convention:
                 continue
-            verdict = self._try(cell, claim, scene, rows)
+            verdict = self.tried(cell, claim, scene, rows)
             if verdict.kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
                 return verdict
             if verdict.kind is Kind.UNDECIDED:
@@ -159,7 +159,8 @@ class Judge:
             found.append(least)
         return Verdict(Kind.AGREES, amount=max(0.0, round_down(min(found))))
 
-    def _try(self, cell: Cell, claim: Claim, scene: Scene, rows: Questioned) -> Verdict:
+    def tried(self, cell: Cell, claim: Claim, scene: Scene, rows: Questioned) -> Verdict:
+        """Verdict on one claim of an answer, for the shapes of `rows`."""
         if not self._doubtful(cell, claim, scene):
             return Verdict(Kind.AGREES)
         known = self._interval(claim, scene)
