@@ -233,8 +233,8 @@ class Questioned:
         )
         finite = said & np.isfinite(value)
         directed = finite & np.isfinite(answers.normal).all(axis=-1)
+        yield self._unit_claim(directed)  # moving along a normal that is too short also stops short
         yield from self._normal_claim(directed, margin)
-        yield self._unit_claim(directed)
         yield from self._witness_claims(finite)
         if self.query == CONTACTS:
             yield from self._contact_point_claims(finite)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -81,16 +81,21 @@ class Failing:
     def best_of(self, others: Iterable[Failing]) -> Failing | None:
         """The best scene that is better than this one, and may show the same fault; none if there is none."""
         found: Failing | None = None
-        for other in sorted(filter(self.is_like, others), key=lambda one: one.plainness):
-            least = self if found is None else found
-            if found is not None and not found.strain:
-                break  # whatever follows is less plain
-            if not least.strain and other.plainness >= least.plainness:
-                break
-            rank, bound = (other.strain, other.plainness), (least.strain, least.plainness)
-            if rank < bound and other.special <= self.special | FREE:
+        for other in self.better_of(filter(self.is_like, others)):
+            if found is None or other.strain < found.strain:
                 found = other
+            if not found.strain:
+                break  # whatever follows is less plain
         return found
+
+    def better_of(self, others: Iterable[Failing]) -> Iterator[Failing]:
+        """Scenes that are better than this one, and special in no way in which it is not; the plainest first."""
+        for other in sorted(others, key=lambda one: one.plainness):
+            if not self.strain and other.plainness >= self.plainness:
+                return
+            better = (other.strain, other.plainness) < (self.strain, self.plainness)
+            if better and other.special <= self.special | FREE:
+                yield other
 
 
 def failing(finding: Finding) -> Failing:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
-from oracles.placements import Draft
+from oracles.placements import Draft, signed_gap
 from oracles.scene import Scene
 from oracles.solids import CUBE, TETRAHEDRON, block, wedge
 from refimpl import KDOP, Box, Composite, ConvexPolyhedron, Ellipsoid, Proxy, ShapeError, UnsupportedOperation
@@ -39,7 +39,7 @@ def simpler_numbers(x: float) -> list[float]:
     digits = [float(f"{x:.{k}e}") for k in DECIMALS]
     whole = float(np.round(x)) if abs(x) < 1e15 else x
     apart = x - whole
-    farther = [whole + 10.0 * apart, whole + 100.0 * apart] if 0 < abs(apart) < 1e-2 else []
+    farther = [whole + factor * apart for factor in (3.0, 10.0, 100.0)] if 0 < abs(apart) < 1e-2 else []
     return [y for y in dict.fromkeys([*signed, whole, *digits, *farther]) if y != x]
 
 
@@ -278,6 +278,12 @@ def batch_of(shapes: list[Proxy]) -> Proxy:
     rows = np.stack([shape.pack() for shape in shapes])
     first = shapes[0]
     return first[None].rebuilt(rows) if isinstance(first, (Polyhedron, Composite)) else type(first).unpack(rows)
+
+
+def gap_of(scene: Scene) -> float:
+    """By how much the two are apart, as `kept_apart` takes it; 0 where that has no end."""
+    sigma, _ = signed_gap(scene.a[None], scene.b[None])
+    return float(sigma[0]) if np.isfinite(sigma[0]) else 0.0
 
 
 def kept_apart(scenes: list[Scene], gaps: list[float]) -> list[Scene]:

@@ -42,6 +42,9 @@ class Bench:
         self.asked += len(table)
         return Answers.from_table(np.full(len(table), Status.ANSWERED, dtype=np.int8), table, {})
 
+    def renew(self) -> None:
+        """Each batch has a solver of its own."""
+
 
 def findings(bench: Bench, cell: Cell, each: int = 12) -> list[Finding]:
     """Proven findings of one bulk batch of a cell, one for each key."""
