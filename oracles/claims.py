@@ -141,6 +141,11 @@ class Questioned:
         if self.query != BOOLEAN:
             yield from self._value_claims()
 
+    def is_as(self, other: Questioned) -> bool:
+        """Whether these are the very shapes, grown by as much: then the claims are the same."""
+        grown = (self.margin_a, other.margin_a), (self.margin_b, other.margin_b)
+        return self.a is other.a and self.b is other.b and all(np.array_equal(x, y) for x, y in grown)
+
     @cached_property
     def size(self) -> Array:
         """Largest coordinate or extent of each scene."""

@@ -28,10 +28,11 @@ def key_of(scene: Scene) -> bytes:
 
 @dataclass(frozen=True, eq=False)
 class Failing:
-    """A scene on which an engine fails, and by how much."""
+    """A scene on which an engine fails, and by how much; and its `gaps_of`, where they are known."""
 
     scene: Scene
     amount: float
+    gaps: tuple[float, ...] = ()
 
     @cached_property
     def key(self) -> bytes:
@@ -46,7 +47,7 @@ class Failing:
     @cached_property
     def special(self) -> frozenset[str]:
         """What is special about the scene."""
-        return features(self.scene)
+        return features(self.scene, self.gaps)
 
     @property
     def strain(self) -> int:

@@ -25,13 +25,14 @@ from hypothesis.errors import Flaky, NoSuchExample
 from oracles.allowance import LOST, is_formed, tries_for, tries_of_next
 from oracles.around import AT_ONCE, passes
 from oracles.clumsiness import AT_A_GLANCE, clumsiness, odd_numbers
+from oracles.degeneracy import gaps_of
 from oracles.engine import Array
 from oracles.home import at_home
 from oracles.judges import finding_of
 from oracles.likeness import Failing, failing, key_of
 from oracles.motion import Motion
 from oracles.outcome import Finding, Kind
-from oracles.paths import leads, path
+from oracles.paths import DOUBLINGS, leads, path
 from oracles.plain import plain_scenes
 from oracles.relations import Bench, question
 from oracles.scene import IMPACT, Cell, Scene, packed_rows
@@ -155,8 +156,8 @@ class _Search:
         last = way[-1]
         if not last.slightness:
             return False
-        unlike = (one for one in self.known.values() if not last.is_like(one))
-        ends = [end for end in islice(last.better_of(unlike), MOST_PATHS) if last.key + end.key not in self.tried]
+        unlike = (one for one in self.known.values() if not last.is_like(one) and last.key + one.key not in self.tried)
+        ends = list(islice(last.better_of(unlike), min(MOST_PATHS, self.tries // (2 * DOUBLINGS))))
         self.tried |= {last.key + end.key for end in ends}
         paths = [(end, path(last.scene, end.scene)) for end in ends]
         self.ask(scene for _, scenes in paths for scene in scenes)
@@ -229,9 +230,11 @@ class _Search:
         motion = Motion.unpack(_rows_of_motion(group)) if self.cell.query == IMPACT else None
         answers = self.bench.answer(self.cell, packed_rows(a, b, motion), give_up_after=GIVE_UP_AFTER)
         found = self.bench.judges.screen(self.cell, a, b, motion, answers)
-        for i, scene in enumerate(group):
-            if found.kind[i] is self.kind and found.symptom[i] == self.symptom and found.certain[i]:
-                new = Failing(scene, float(found.amount[i]))
+        alike = np.flatnonzero((found.kind == self.kind) & (found.symptom == self.symptom) & found.certain)
+        if alike.size:
+            gaps = gaps_of(a[alike], b[alike]) if motion is None else [()] * len(alike)
+            for i, gap in zip(alike.tolist(), gaps, strict=True):
+                new = Failing(group[i], float(found.amount[i]), gap)
                 self.known[new.key] = new
 
     def _prove(self, finding: Finding, way: list[Failing]) -> Finding:
