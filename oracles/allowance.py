@@ -5,8 +5,9 @@ from __future__ import annotations
 from oracles.outcome import Kind
 from oracles.reference import is_quick
 from oracles.scene import Cell
+from oracles.screening import RAISED
 
-TRIES = 1600
+TRIES = 2400
 """Scenes that are put before an engine for one finding; for each further one of the same symptom half as many."""
 TRIES_SEARCHED = 300
 """Where the judge has to search for each answer."""
@@ -14,10 +15,11 @@ TRIES_FORMED = 180
 """Where making a proxy takes time as well: hulls, slabs, meshes, composites."""
 TRIES_RELATED = 100
 """Where a relation between two scenes is broken: each try asks the engine twice, on its own."""
-TRIES_LOST = 6
+TRIES_LOST = 150
 """Where the engine was lost, or ran out of time, on the scene: each try may cost as much again."""
-TRIES_LEAST = 200
-LOST = (Kind.CRASHED, Kind.TIMED_OUT)
+MOST_LOST, MOST_LOST_AGAIN = 8, 3
+"""How often it may, for the first finding and for each further one."""
+TRIES_LEAST = 300
 
 
 def is_formed(cell: Cell) -> bool:
@@ -25,12 +27,17 @@ def is_formed(cell: Cell) -> bool:
     return any(kind.header for kind in (cell.type_a, cell.type_b))
 
 
-def tries_for(cell: Cell, kind: Kind, *, related: bool, again: bool) -> int:
-    """How many scenes may be tried for a finding; `again` where an engine was asked already for another like it."""
+def is_lost(kind: Kind, symptom: str) -> bool:
+    """Whether an answer of this kind cost the engine's process, or the time that it is given."""
+    return kind in (Kind.CRASHED, Kind.TIMED_OUT) and symptom != RAISED
+
+
+def tries_for(cell: Cell, *, lost: bool, related: bool) -> int:
+    """How many scenes may be tried for a finding."""
     if related:
         return TRIES_RELATED
-    if kind in LOST:
-        return 0 if again else TRIES_LOST
+    if lost:
+        return TRIES_LOST
     if is_formed(cell):
         return TRIES_FORMED
     return TRIES if is_quick(cell.type_a, cell.type_b) else TRIES_SEARCHED

@@ -11,10 +11,12 @@ from oracles.likeness import Failing
 from oracles.plain_bodies import PLAIN_BODIES, plain_pairs
 from oracles.plain_impacts import restaged, simpler_motions
 from oracles.scene import Scene
-from oracles.simpler import gap_of, kept_apart, moved, simpler_proxies
+from oracles.simpler import gap_of, jointly_simpler, kept_apart, moved, simpler_proxies
 
 AT_ONCE = 150
 """Candidates that are asked before one looks whether one of them will do."""
+LOST_AT_ONCE = 8
+"""The same where each may cost the engine."""
 NEAR = 12
 """Plain scenes of which the bodies are brought to each of the gaps."""
 GAPS = [sign * 10.0**-k for k in range(16) for sign in (1.0, -1.0)]
@@ -33,6 +35,7 @@ def passes(best: Failing) -> Iterator[Iterable[Scene]]:
         yield (replace(scene, motion=motion) for motion in simpler_motions(scene.motion))
         return
     yield moved(scene)
+    yield jointly_simpler(scene)
     yield kept_apart([scene], GAPS)
     yield kept_apart(list(beside_plain(scene)), list(dict.fromkeys([gap_of(scene), 0.0])))
     if best.slightness or "nearly touching" in best.special:

@@ -65,7 +65,7 @@ class Failing:
         """What is better comes first, among scenes that are as special as each other."""
         simple = clumsiness(self.scene)
         beyond = max(0, simple[0] - AT_A_GLANCE)
-        return _distance_from_one(self.scene), beyond, self.slightness, simple, -self.amount, numbers_in(self.scene)
+        return _decades_from_one(self.scene), beyond, self.slightness, simple, -self.amount, numbers_in(self.scene)
 
     @property
     def _has_amount(self) -> bool:
@@ -116,9 +116,9 @@ def come_together(findings: Sequence[Finding]) -> list[Finding]:
     return ends
 
 
-def _distance_from_one(scene: Scene) -> int:
-    """How many decades the larger body and a ray's direction, of impacts the speed, are away from about 1."""
+def _decades_from_one(scene: Scene) -> int:
+    """How many decades beyond 0.1 and 10 the larger body and a ray's direction are, of impacts the speed."""
     sizes = [scene.size if scene.motion is not None else length_of(scene)]
     if isinstance(scene.a, Ray):
         sizes.append(float(norm(scene.a.direction)))
-    return max(abs(round(math.log10(size))) if 0 < size < math.inf else 0 for size in sizes)
+    return max(int(abs(math.log10(size))) if 0 < size < math.inf else 0 for size in sizes)

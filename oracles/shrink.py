@@ -22,11 +22,11 @@ import numpy as np
 from hypothesis import HealthCheck, find, settings
 from hypothesis.errors import Flaky, NoSuchExample
 
-from oracles.allowance import LOST, is_formed, tries_for, tries_of_next
-from oracles.around import AT_ONCE, passes
+from oracles.allowance import MOST_LOST, MOST_LOST_AGAIN, is_formed, is_lost, tries_for, tries_of_next
+from oracles.around import AT_ONCE, LOST_AT_ONCE, passes
 from oracles.clumsiness import AT_A_GLANCE, clumsiness, odd_numbers
 from oracles.degeneracy import gaps_of
-from oracles.engine import Array
+from oracles.engine import Answers, Array, Status
 from oracles.home import at_home
 from oracles.judges import finding_of
 from oracles.likeness import Failing, failing, key_of
@@ -102,13 +102,15 @@ class _Search:
     """Starts and ends between which a path was looked for."""
     proven: dict[bytes, Finding | None] = field(default_factory=dict)
     tries: int = 0
+    losses: int = 0
+    """How often the engine has been lost."""
     searched: int = 0
     """Findings for which the engine has been asked."""
 
     @property
     def lost(self) -> bool:
-        """Whether it is no answer at all."""
-        return self.kind in LOST
+        """Whether it is no answer at all, and may be none again."""
+        return is_lost(self.kind, self.symptom)
 
     def shrink(self, findings: list[Finding], tries: int | None) -> list[Finding]:
         """Shrink findings one after the other; what the later ones learn may lead the earlier ones farther."""
@@ -126,6 +128,10 @@ class _Search:
         for way, again, finding in zip(ways, repeats, findings, strict=True):
             if again:
                 self._go(way, finding.scene.regime, tries)
+        self.searched = 1
+        for way, again, finding in zip(ways, repeats, findings, strict=True):
+            if again and tries is None and way[-1].slightness:
+                self._go(way, finding.scene.regime, tries)  # few are left, and the others have shown the way
         found = []
         for way, again, finding in zip(ways, repeats, findings, strict=True):
             if again:
@@ -138,15 +144,16 @@ class _Search:
         self._go_on(way)
         if way[-1].key in self.exhausted:
             return
-        again = bool(self.lost and self.asked)
-        allowed = tries_for(self.cell, self.kind, related=bool(self.relation), again=again) if tries is None else tries
+        own = tries_for(self.cell, lost=self.lost, related=bool(self.relation))
+        allowed = own if tries is None else tries
         self.tries = tries_of_next(allowed, self.searched)
+        self.losses = MOST_LOST - MOST_LOST_AGAIN if self.searched else 0
         self.searched += 1
-        self.ask(plain_scenes(self.cell, regime))
-        self._go_on(way)
+        while self._try_some(way, plain_scenes(self.cell, regime)) and self.lost:
+            pass
         self._take_path(way)
         for _ in range(MOST_STEPS):
-            if self.lost or way[-1].key in self.exhausted:
+            if way[-1].key in self.exhausted:
                 break
             if not (self._improve(way) or self._improve_jointly(way) or self._take_path(way)):
                 break
@@ -173,18 +180,24 @@ class _Search:
         """Try everything around the last scene, until something is better."""
         best = way[-1]
         candidates = chain.from_iterable(passes(best))
-        while self.tries > 0 and (some := list(islice(candidates, AT_ONCE))):
-            self.ask(some)
-            if self._go_on(way):
+        while self.tries > 0 and (some := list(islice(candidates, LOST_AT_ONCE if self.lost else AT_ONCE))):
+            if self._try_some(way, some):
                 return True
         if self.tries > 0:
             self.exhausted.add(best.key)
         return False
 
+    def _try_some(self, way: list[Failing], scenes: Sequence[Scene]) -> bool:
+        """Go on to one of these; where the engine is lost on some of them, the rest may be asked after that."""
+        while self.ask(scenes):
+            if self._go_on(way):
+                return True
+        return False
+
     def _improve_jointly(self, way: list[Failing]) -> bool:
         """Have Hypothesis look for several numbers that can be made simpler together, where many are odd."""
         best = way[-1]
-        if odd_numbers(best.scene) <= AT_A_GLANCE or best.scene.motion is not None or is_formed(self.cell):
+        if self.lost or odd_numbers(best.scene) <= AT_A_GLANCE or best.scene.motion is not None or is_formed(self.cell):
             return False
 
         def is_better(scene: Scene) -> bool:
@@ -211,8 +224,11 @@ class _Search:
                 return len(way) > start
             way.append(better)
 
-    def ask(self, scenes: Iterable[Scene]) -> None:
-        """Put candidates before the engine, as many as are allowed, and keep those on which it fails alike."""
+    def ask(self, scenes: Iterable[Scene]) -> bool:
+        """Put candidates before the engine, as many as are allowed, and keep those on which it fails alike.
+
+        Answers whether there were any that had not been asked.
+        """
         new: dict[bytes, Scene] = {}
         for scene in scenes:
             if len(new) >= self.tries:
@@ -224,11 +240,14 @@ class _Search:
         self.asked |= new.keys()
         for group in by_form(list(new.values())):
             self._ask(group)
+        return bool(new)
 
     def _ask(self, group: list[Scene]) -> None:
         a, b = batch_of([scene.a for scene in group]), batch_of([scene.b for scene in group])
         motion = Motion.unpack(_rows_of_motion(group)) if self.cell.query == IMPACT else None
         answers = self.bench.answer(self.cell, packed_rows(a, b, motion), give_up_after=GIVE_UP_AFTER)
+        if self.lost:
+            self._count_losses(group, answers)
         found = self.bench.judges.screen(self.cell, a, b, motion, answers)
         alike = np.flatnonzero((found.kind == self.kind) & (found.symptom == self.symptom) & found.certain)
         if alike.size:
@@ -236,6 +255,13 @@ class _Search:
             for i, gap in zip(alike.tolist(), gaps, strict=True):
                 new = Failing(group[i], float(found.amount[i]), gap)
                 self.known[new.key] = new
+
+    def _count_losses(self, group: list[Scene], answers: Answers) -> None:
+        """Take note of scenes that cost the engine; those behind a time-out were not asked."""
+        self.losses += int(np.isin(answers.status, (Status.CRASHED, Status.TIMED_OUT)).sum())
+        left = [key_of(group[i]) for i in np.flatnonzero(answers.status == Status.SKIPPED)]
+        self.asked -= set(left)
+        self.tries = 0 if self.losses >= MOST_LOST else self.tries + len(left)
 
     def _prove(self, finding: Finding, way: list[Failing]) -> Finding:
         """Convict the engine on the last scene on the way on which that succeeds; else it does not come again."""

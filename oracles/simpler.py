@@ -27,6 +27,8 @@ FORMED = (ConvexPolyhedron, Polyhedron, Composite)
 DECIMALS = (0, 1, 2, 3)
 STAYING = 3
 """How much likelier it is that a number stays than that it is made simpler."""
+JOINTLY = 100
+"""Scenes in which several numbers are made simpler together."""
 MOST_PARTS = 24
 """Vertices, planes, slabs or parts that are left out one by one."""
 
@@ -93,6 +95,18 @@ def several_changed(draw: st.DrawFn, scene: Scene) -> Scene:
         made.append(rebuilt(shape, row))
     assume(made[0] is not None and made[1] is not None)
     return next(with_sides(scene, *made))
+
+
+def jointly_simpler(scene: Scene) -> Iterator[Scene]:
+    """The scene with every other odd number simpler, as chance has it; always the same."""
+    random = np.random.Generator(np.random.Philox(np.random.SeedSequence([JOINTLY])))
+    rows = [(shape, shape.pack(), changeable(shape)) for shape in (scene.a, scene.b)]
+    for _ in range(JOINTLY):
+        made = []
+        for shape, row, mask in rows:
+            odd = mask & ~np.isin(row, list(PLAIN)) & (random.random(len(row)) < 0.5)
+            made.append(rebuilt(shape, np.where(odd, random.choice([0.0, 0.0, 1.0, -1.0, 0.5, 2.0], len(row)), row)))
+        yield from with_sides(scene, *made)
 
 
 # -- the whole scene -----------------------------------------------------------------------------------------
