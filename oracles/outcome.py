@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from enum import StrEnum
+from hashlib import sha256
 from typing import TYPE_CHECKING
 
 from oracles.scene import Scene
@@ -13,6 +14,10 @@ from refimpl.proof.impacts import ImpactCertificate
 
 if TYPE_CHECKING:
     from oracles.sheets import Sheet
+
+
+ID_DIGITS = 12
+"""Hexadecimal digits of a bucket's id."""
 
 
 class Kind(StrEnum):
@@ -182,6 +187,11 @@ class Bucket:
         if self.decade is not None:
             parts.append(f"1e{self.decade:+d}")
         return " · ".join(parts)
+
+    @property
+    def id(self) -> str:
+        """Short name by which runs and reports refer to it: the first digits of the key's SHA-256."""
+        return sha256(self.key.encode("utf-8", "surrogatepass")).hexdigest()[:ID_DIGITS]
 
     @property
     def against_reference(self) -> bool:

@@ -123,7 +123,7 @@ def _models(run: Run) -> str:
     """Where real geometry came from, and the first files that could not be used."""
     said = [text.visible(line) for line in run.models[:MOST_MODEL_LINES]]
     more = len(run.models) - len(said)
-    return "; ".join([*said, f"and {text.count(more)} more: run.json has them all"] if more > 0 else said) or "none"
+    return "; ".join([*said, f"and {text.count(more)} more: report.json has them all"] if more > 0 else said) or "none"
 
 
 def what_ran(run: Run) -> list[tuple[str, str]]:

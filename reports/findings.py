@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 from oracles.motion import Motion
 from oracles.outcome import COMPARED, Bucket, Finding, Kind, Run, Verdict
@@ -57,6 +58,16 @@ class BucketView:
     def anchor(self) -> str:
         """Anchor of the bucket within the report."""
         return f"bucket-{self.number}"
+
+    @property
+    def issue(self) -> str:
+        """Path of the issue's text within the report's folder."""
+        return f"issues/{PurePosixPath(self.file).stem}.md"
+
+    @property
+    def picture(self) -> str:
+        """Path of the picture within the report's folder."""
+        return f"pictures/{self.number:03d}.svg"
 
 
 def bucket_views(run: Run) -> list[BucketView]:
@@ -136,7 +147,7 @@ def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:
     yield "ledger", _listed(bucket)
     for name, shape in (("A", scene.a), ("B", scene.b)):
         if not shapes.is_whole(shape):
-            yield f"numbers of {name}", f"{text.count(shape.pack().size)}: run.json has them all"
+            yield f"numbers of {name}", f"{text.count(shape.pack().size)}: report.json has them all"
     yield "scene", " · ".join(filter(None, (scene.id, text.visible(scene.regime), text.visible(scene.source))))
 
 
@@ -196,17 +207,17 @@ def _answers(finding: Finding) -> Table:
     names = dict.fromkeys([*finding.reference, *finding.answer])
     rows = []
     for name in names:
-        said = [_value(name, a[name]) if name in a else "not said" for a in (finding.answer, finding.reference)]
+        said = [value(name, a[name]) if name in a else "not said" for a in (finding.answer, finding.reference)]
         rows.append((Entry(text.visible(name)), *map(Entry, said)))
     columns = (Column("answer"), Column(text.visible(finding.engine)), Column("refimpl"))
     return Table("Both answers", columns, tuple(rows))
 
 
-def _value(name: str, value: object) -> str:
+def value(name: str, said: object) -> str:
     """Engines answer a hit with 1 or 0, as a bool or a double; anything else is shown as it is."""
-    if name == "hit" and isinstance(value, int | float) and value in (0, 1):
-        return "yes" if value else "no"
-    return text.full(value)
+    if name == "hit" and isinstance(said, int | float) and said in (0, 1):
+        return "yes" if said else "no"
+    return text.full(said)
 
 
 def _proof(finding: Finding, number: int) -> Proof | None:
@@ -263,4 +274,4 @@ def warnings(run: Run) -> list[str]:
     told = [*run.problems, *(f"{what} ({text.plural(n, 'time')})" for what, n in run.incidents.most_common())]
     found += [text.visible(problem, limit=1000) for problem in told[:MOST_WARNINGS]]
     more = len(told) - MOST_WARNINGS
-    return [*found, f"… and {text.count(more)} more such problems: run.json has them all."] if more > 0 else found
+    return [*found, f"… and {text.count(more)} more such problems: report.json has them all."] if more > 0 else found
