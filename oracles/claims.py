@@ -149,6 +149,11 @@ class Questioned:
         if self.query != BOOLEAN:
             yield from self._value_claims()
 
+    def is_as(self, other: Questioned) -> bool:
+        """Whether these are the very shapes, grown by as much: then the claims are the same."""
+        grown = (self.margin_a, other.margin_a), (self.margin_b, other.margin_b)
+        return self.a is other.a and self.b is other.b and all(np.array_equal(x, y) for x, y in grown)
+
     @cached_property
     def size(self) -> Array:
         """Largest coordinate or extent of each scene."""
@@ -241,8 +246,8 @@ class Questioned:
             self.a, self.b, bounds, words, VALUE, said, margin, by_convention=waived, measures=finite, kept=True
         )
         directed = finite & np.isfinite(answers.normal).all(axis=-1)
+        yield self._unit_claim(directed)  # moving along a normal that is too short also stops short
         yield from self._normal_claim(directed, margin)
-        yield self._unit_claim(directed)
         yield from self._witness_claims(finite)
         if self.query == CONTACTS:
             yield from self._contact_point_claims(finite)
