@@ -15,6 +15,7 @@ from typing import Any
 from oracles.outcome import Bucket, EntryNote, Finding, Kind, Related, Run, Severity, State, SupportNote, Verdict
 from oracles.records import certificate_from_json
 from oracles.scene import Scene
+from reports.accuracy_data import accuracy_from
 from reports.summary import FORMAT
 
 REPORT = "report.json"
@@ -94,6 +95,7 @@ def run_from_data(data: dict[str, Any]) -> Run:
         for item in data["support"]:
             engine, query, pair, kind, reason = _words(item, "engine", "query", "pair", "kind", "reason")
             run.support[engine, query, pair] = SupportNote(kind, reason)
+        run.accuracy = accuracy_from(data["accuracy"])
         run.ledger = [_entry_note(item) for item in data["ledger"]]
     except DAMAGE as error:
         raise NoReport(f"the report is damaged: {in_words(error)}") from None
@@ -102,8 +104,12 @@ def run_from_data(data: dict[str, Any]) -> Run:
 
 def _entry_note(item: dict[str, Any]) -> EntryNote:
     """Rebuild what a run makes of an entry: lists become tuples."""
-    values: dict[str, Any] = {n: tuple(v) if isinstance(v, list) else v for n, v in item.items()}
+    values: dict[str, Any] = {name: _tuples(value) for name, value in item.items()}
     return EntryNote(**{**values, "state": State(item["state"])})
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def _words(item: dict[str, Any], *names: str) -> list[str]:

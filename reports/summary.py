@@ -14,6 +14,7 @@ from oracles.outcome import Bucket, Run
 from oracles.scene import Scene
 from refimpl.proof.wire import certificate_to_json
 from reports import text
+from reports.accuracy_data import accuracy_data
 from reports.findings import repro_file
 
 FORMAT = "proxyproof-report-1"
@@ -47,6 +48,7 @@ def report_data(run: Run) -> dict[str, Any]:
             for name in ("engines", "engine_versions", "versions", "regimes", "problems", "incidents", "timing")
         },
         **{name: getattr(run, name) for name in ("hunters", "models", "digest", "recalled")},
+        "accuracy": accuracy_data(run),
         "counts": counts,
         "relations": relations,
         "support": support,
