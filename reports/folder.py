@@ -76,10 +76,10 @@ def contents(run: Run) -> Iterator[tuple[str, str]]:
         yield view.issue, issues.issue(run, bucket, view)
         yield view.picture, viewer.picture(bucket)
     yield "report.json", report_json(run)
+    yield "accuracy.csv", as_csv(run)
     yield SCHEMA, schema()
     yield "junit.xml", junit.render(run, views)
     yield "report.sarif", sarif.render(run, views)
-    yield "accuracy.csv", as_csv(run)
     yield "report.md", markdown.render(run, pictures=True)
     yield "index.html", html.render(run)
 

@@ -48,10 +48,10 @@ def report_data(run: Run) -> dict[str, Any]:
             for name in ("engines", "engine_versions", "versions", "regimes", "problems", "incidents", "timing")
         },
         **{name: getattr(run, name) for name in ("hunters", "models", "digest", "recalled")},
-        "accuracy": accuracy_data(run),
         "counts": counts,
         "relations": relations,
         "support": support,
+        "accuracy": accuracy_data(run),
         "ledger": [dict(vars(note)) for note in run.ledger],
     }
     buckets = [_bucket(number, bucket) for number, bucket in enumerate(run.buckets, 1)]
