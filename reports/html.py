@@ -43,6 +43,12 @@ def render(run: Run) -> str:
     )
 
 
+def page(template: str, **values: object) -> str:
+    """Return another page in the report's style, without a script."""
+    environment = _environment()
+    return environment.get_template(template).render(**values, style=_style(environment, 0))
+
+
 def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("reports", "templates"),
