@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import Any
 
 from refimpl.compiling import buffer
-from refimpl.kernels.branches import LEVELS
+from refimpl.kernels.branches import LEVEL, LEVELS, SPOT
 from refimpl.kernels.leastmove import PLANE
 from refimpl.kernels.tangents import Tangents
 from refimpl.kernels.ways import Search
@@ -49,6 +49,6 @@ def search_room(pairs: int, room: int, module: ModuleType) -> Search:
         listed=_whole(room, module),
         places=_whole(1, module),
         short=_whole(1, module),
-        levels=_whole(2 * LEVELS, module),
-        spots=buffer(4 * LEVELS, module),
+        levels=_whole(LEVEL * LEVELS, module),
+        spots=buffer(SPOT * LEVELS, module),
     )

@@ -15,11 +15,14 @@ from . import inlined, kernel
 from .atoms import Scene
 from .axes import three
 from .gjk import store
-from .leastmove import shortest
+from .leastmove import FREE, Corner, lengthened
 from .tangents import first_of, height, is_whole
 from .vectors import Vector, dot, length
-from .ways import HERE, Search, Way, long, most_blocked, new_place, respect
+from .ways import HERE, Search, Way, lacks_room, long, most_blocked, new_place, respect
 
+LEVEL, SPOT = 5, 4
+"""Numbers of a level: the pair, the branch that was tried last, and three tangents that hold the translation; this
+translation, and how far it is below that branch."""
 LEVELS = 48
 """Most tangents that one way is held by."""
 STEPS = 256
@@ -29,18 +32,20 @@ SAME = 1.0 - 2.0**-44
 
 
 @kernel
-def _open(search: Search, level: int, pair: int, move: Vector) -> None:
-    """Begin to branch."""
-    search.levels[2 * level], search.levels[2 * level + 1] = pair, -1
-    store(search.spots, 4 * level, move)
-    search.spots[4 * level + 3] = -math.inf
+def _open(search: Search, level: int, pair: int, move: Vector, corner: Corner) -> None:
+    """Begin to branch at a translation that is held by some of the tangents that led there."""
+    at = LEVEL * level
+    search.levels[at], search.levels[at + 1] = pair, -1
+    search.levels[at + 2], search.levels[at + 3], search.levels[at + 4] = corner
+    store(search.spots, SPOT * level, move)
+    search.spots[SPOT * level + 3] = -math.inf
 
 
 @kernel
 def _next(search: Search, level: int) -> int:
     """Next branch of a level: the tangents of its pair, the highest first; −1 for none."""
-    known, pair, last = search.known, search.levels[2 * level], search.levels[2 * level + 1]
-    move, below = three(search.spots, 4 * level), search.spots[4 * level + 3]
+    known, pair, last = search.known, search.levels[LEVEL * level], search.levels[LEVEL * level + 1]
+    move, below = three(search.spots, SPOT * level), search.spots[SPOT * level + 3]
     found, least = -1, math.inf
     i = first_of(known, pair)
     while i >= 0:
@@ -49,27 +54,28 @@ def _next(search: Search, level: int) -> int:
             found, least = i, here
         i = known.next[i] - 1
     if found >= 0:
-        search.levels[2 * level + 1], search.spots[4 * level + 3] = found, least
+        search.levels[LEVEL * level + 1], search.spots[SPOT * level + 3] = found, least
     return found
 
 
 @kernel
-def _next_move(search: Search, level: int, limit: float) -> tuple[int, Vector]:
-    """Next translation on a branch of this level, or a former one, that is shorter than a limit, and that level.
+def _next_move(search: Search, level: int, limit: float) -> tuple[int, Vector, Corner]:
+    """Next branch of this level, or of a former one, that is shorter than a limit: the level, −1 for none; where it leads.
 
-    −1 where there is none.
+    And what holds that translation.
     """
     while level >= 0:
-        i = _next(search, level)
-        move, below = three(search.spots, 4 * level), search.spots[4 * level + 3]
-        if i < 0 or dot(move, move) + below * below >= limit * limit:
+        i, at = _next(search, level), LEVEL * level
+        move, below = three(search.spots, SPOT * level), search.spots[SPOT * level + 3]
+        if i < 0 or lacks_room(search, level) or dot(move, move) + below * below >= limit * limit:
             level -= 1
             continue
         respect(search, level, i)
-        move, _, possible = shortest(search.planes, level + 1)
+        corner = (search.levels[at + 2], search.levels[at + 3], search.levels[at + 4])
+        move, corner, possible = lengthened(search.planes, level + 1, move, corner)
         if possible and length(move) < limit:
-            return level, move
-    return -1, HERE
+            return level, move, corner
+    return -1, HERE, FREE
 
 
 @inlined
@@ -78,20 +84,19 @@ def branched(scene: Scene, search: Search, first: int, way: Way, tolerance: floa
 
     Also whether there surely is none shorter, but for rounding.
     """
-    level, pair, known = 0, first, search.known
-    _open(search, 0, first, HERE)
+    level, known = 0, search.known
+    _open(search, 0, first, HERE, FREE)
     sure = is_whole(known, first)
     for _ in range(STEPS):
-        level, move = _next_move(search, level, SAME * long(way))
+        level, move, corner = _next_move(search, level, SAME * long(way))
         if level < 0:
             return way, sure
         place = new_place(search)
         i, gap = most_blocked(scene, search, move, place, tolerance)
         if i >= 0 and level + 1 < LEVELS:
             level += 1
-            pair = known.pair[i]
-            _open(search, level, pair, move)
-            sure = sure and is_whole(known, pair)
+            _open(search, level, known.pair[i], move, corner)
+            sure = sure and is_whole(known, known.pair[i])
         elif i < 0 and gap > -math.inf:
             way = Way(True, move, gap, place)
         else:

@@ -1,13 +1,16 @@
 """Tangents of a pair of atoms by the list: all facets of the difference of two polytopes, else some from all around.
 
-The points b − a, a ∈ A and b ∈ B, of two polytopes form a polytope. Its facets lie across the faces' normals of either,
-and across an edge of each where their arcs on the Gauss map cross (`axes`). As long as the two overlap after a
+The points b − a, a ∈ A and b ∈ B, of two polytopes form a polytope. Its facets lie along the faces of either, and
+across an edge of each where their arcs on the Gauss map cross (`axes`). As long as the two overlap after a
 translation, their signed distance is its greatest height above any of these planes. So once they are listed, nothing
 need be searched for that pair any more.
+
+Four edges of a box have one direction, and their arcs make a whole circle: what crosses it crosses one of them.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from . import inlined, kernel
@@ -25,7 +28,8 @@ from .atom_pairs import (
 )
 from .atoms import BOX as SOLID_BOX
 from .atoms import HULL, KIND, RADIUS, SHAPE, Scene, origin, support_gap
-from .axes import LISTED, crossed, miss_on_sphere, normals_of, three
+from .axes import CLEARLY, crossed, miss_on_sphere, normals_of, three
+from .gjk import store
 from .polytopes import (
     BOX,
     DIRECTORY,
@@ -46,13 +50,17 @@ from .polytopes import (
     vertex,
 )
 from .tangents import NO_PLACE, UNKNOWN, Tangents, begin_again, is_full, learn, note_list
-from .vectors import Vector, dot, minus, opposite, plus, times, unit_or
+from .vectors import Vector, cross, dot, minus, opposite, plus, times, unit_or
 
 HERE = (0.0, 0.0, 0.0)
 AROUND = 27
 """Directions to the middles of the sides, edges and corners of a cube, and none."""
-MOST_EDGES = 48
-"""More edges of a polytope are not crossed with all of another."""
+MOST_CROSSINGS = 1024
+"""Pairs of edges that are worth looking at."""
+SIDE = 9
+"""An edge in a list: its direction, and the normals of the faces at it: where its arc begins and ends."""
+SLANT = 0.25
+"""Squared sine of an angle from which on a cross product is precise enough as it is."""
 
 
 @kernel
@@ -63,20 +71,30 @@ def around(i: int) -> Vector:
 
 @kernel
 def _edges(atom: Row, shapes: Sequence[Row]) -> float:
-    """How many edges an atom has, 0 for what is round or without an end, before it is widened."""
+    """How many edges of an atom are listed, before it is widened; infinitely many of what is round."""
     if atom[KIND] == HULL:
-        return shapes[int(atom[SHAPE])][N_EDGES]
-    return 12.0 if atom[KIND] == SOLID_BOX else 1.0 if atom[KIND] < SOLID_BOX else 0.0
+        geometry = shapes[int(atom[SHAPE])]
+        return 3.0 if geometry[DIRECTORY] == BOX else geometry[N_EDGES]
+    return 3.0 if atom[KIND] == SOLID_BOX else atom[KIND] if atom[KIND] < SOLID_BOX else math.inf
 
 
 @kernel
-def _put_edges(geometry: Row, pose: Row, found: Scratch) -> int:
-    """List all edges: where they start, and their turned directions. Gives the length of the list."""
+def _put_edges(geometry: Row, pose: Row, body: Row, found: Scratch) -> int:
+    """List the edges of a placed polytope, and of a box one for each direction. Gives the length of the list."""
     start, to = first_edge(geometry), 0
+    if geometry[DIRECTORY] == BOX:
+        for k in range(3):
+            store(found, to, unit_or(three(body, start + 3 * k), HERE))
+            store(found, to + 3, HERE)
+            store(found, to + 6, HERE)
+            to += SIDE
+        return to
     for at in range(start, start + EDGE * int(geometry[N_EDGES]), EDGE):
-        found[to] = at
-        found[to + 1], found[to + 2], found[to + 3] = edge_direction(geometry, at, pose)
-        to += LISTED
+        u, v = normals_of(geometry, at, body)
+        store(found, to, edge_direction(geometry, at, pose))
+        store(found, to + 3, u)
+        store(found, to + 6, v)
+        to += SIDE
     return to
 
 
@@ -98,41 +116,30 @@ def _learn_faces(known: Tangents, pair: int, body: Row, other: Row, radius: floa
 
 
 @kernel
-def _learn_crossings_of_boxes(known: Tangents, pair: int, a: Row, b: Row, radius: float) -> None:
-    """Learn the facets across the edges of two boxes, maybe skew ones: for each two directions there is one each way."""
-    for k in range(3):
-        e = unit_or(three(a, first_edge(a) + 3 * k), HERE)
-        for m in range(3):
-            n = crossed(e, unit_or(three(b, first_edge(b) + 3 * m), HERE))
-            if n != HERE:
-                _learn_side(known, pair, n, gap_along(a, b, n) - radius)
-                _learn_side(known, pair, opposite(n), gap_along(a, b, opposite(n)) - radius)
+def _across(e: Vector, f: Vector) -> Vector:
+    """Unit vector at right angles to two unit vectors; zero for parallel ones."""
+    c = cross(e, f)
+    square = dot(c, c)
+    return times(1.0 / math.sqrt(square), c) if square > SLANT else crossed(e, f)
 
 
 @kernel
 def _learn_crossings(
-    known: Tangents,
-    pair: int,
-    geometry_a: Row,
-    geometry_b: Row,
-    a: Row,
-    b: Row,
-    listed_a: Row,
-    listed_b: Row,
-    ends: tuple[int, int],
-    radius: float,
+    known: Tangents, pair: int, a: Row, listed_a: Row, end_a: int, b: Row, listed_b: Row, end_b: int, radius: float
 ) -> None:
-    """Learn the facets across listed edges of two polytopes, where their arcs cross."""
-    for k in range(0, ends[0], LISTED):
-        e, arc = three(listed_a, k + 1), normals_of(geometry_a, int(listed_a[k]), a)
-        for m in range(0, ends[1], LISTED):
-            f, other = three(listed_b, m + 1), normals_of(geometry_b, int(listed_b[m]), b)
-            if not miss_on_sphere(arc, e, other, f):
-                n = crossed(e, f)
-                outwards = dot(plus(arc[0], arc[1]), n) - dot(plus(other[0], other[1]), n)
-                if n != HERE:
-                    n = opposite(n) if outwards < 0.0 else n
-                    _learn_side(known, pair, n, gap_along(a, b, n) - radius)
+    """Learn the facets across listed edges of two polytopes, where their arcs cross; of whole circles on both sides."""
+    for k in range(0, end_a, SIDE):
+        e, arc = three(listed_a, k), (three(listed_a, k + 3), three(listed_a, k + 6))
+        for m in range(0, end_b, SIDE):
+            f, other = three(listed_b, m), (three(listed_b, m + 3), three(listed_b, m + 6))
+            if miss_on_sphere(arc, e, other, f):
+                continue
+            n = _across(e, f)
+            side = dot(plus(arc[0], arc[1]), n) - dot(plus(other[0], other[1]), n)
+            if n != HERE and side > -CLEARLY:
+                _learn_side(known, pair, n, gap_along(a, b, n) - radius)
+            if n != HERE and side < CLEARLY:
+                _learn_side(known, pair, opposite(n), gap_along(a, b, opposite(n)) - radius)
 
 
 @inlined
@@ -149,12 +156,9 @@ def _learn_facets(scene: Scene, known: Tangents, pair: int, i: int, j: int) -> N
     place_faces(second, atom_b, offset, b)
     _learn_faces(known, pair, a, b, radius, 1.0)
     _learn_faces(known, pair, b, a, radius, -1.0)
-    if a[DIRECTORY] == BOX and b[DIRECTORY] == BOX:
-        _learn_crossings_of_boxes(known, pair, a, b, radius)
-        return
     listed_a, listed_b = work[LISTED_A], work[LISTED_B]
-    ends = _put_edges(first, atom_a, listed_a), _put_edges(second, atom_b, listed_b)
-    _learn_crossings(known, pair, first, second, a, b, listed_a, listed_b, ends, radius)
+    end_a, end_b = _put_edges(first, atom_a, a, listed_a), _put_edges(second, atom_b, b, listed_b)
+    _learn_crossings(known, pair, a, listed_a, end_a, b, listed_b, end_b, radius)
 
 
 @inlined
@@ -163,9 +167,9 @@ def learn_list(scene: Scene, known: Tangents, pair: int) -> None:
     across = len(scene.b)
     i, j = pair // across, pair % across
     a, b = scene.a[i], scene.b[j]
-    few, other = _edges(a, scene.shapes_a), _edges(b, scene.shapes_b)
+    edges_a, edges_b = _edges(a, scene.shapes_a), _edges(b, scene.shapes_b)
     begin_again(known, pair)
-    if max(few, other) > 1.0 and min(few, other) > 0.0 and max(few, other) <= MOST_EDGES:
+    if max(edges_a, edges_b) > 1.0 and edges_a * edges_b <= MOST_CROSSINGS:
         _learn_facets(scene, known, pair, i, j)
         note_list(known, pair, a[RADIUS] + b[RADIUS] == 0.0)
         return

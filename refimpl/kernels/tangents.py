@@ -65,9 +65,13 @@ def _chain(known: Tangents, pair: int) -> int:
 @kernel
 def forget(known: Tangents) -> None:
     """Remove all tangents."""
-    for i in range(known.used[0]):
-        chain = _chain(known, known.pair[i])
-        known.first[chain] = known.listed[chain] = 0
+    if len(known.first) < known.used[0]:
+        for chain in range(len(known.first)):
+            known.first[chain] = known.listed[chain] = 0
+    else:
+        for i in range(known.used[0]):
+            chain = _chain(known, known.pair[i])
+            known.first[chain] = known.listed[chain] = 0
     known.used[0] = 0
 
 

@@ -60,8 +60,7 @@ class Search(NamedTuple):
     short
         One number: 1 once there was no room for something, so that nothing that is found may count.
     levels, spots
-        For each level of a branching: the pair whose tangents are its branches, and the one that was tried last; the
-        translation from which they are looked at, and how far it is below that one.
+        For each level of a branching what `branches` keeps.
     """
 
     known: Tangents
