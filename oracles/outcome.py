@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
+from oracles.accuracy import Accuracy, CellKey, Extreme, ExtremeKey
 from oracles.scene import Scene
 from refimpl.proof import Certificate
 from refimpl.proof.impacts import ImpactCertificate
@@ -253,6 +255,12 @@ class Outcome:
         What happened to the engines' processes though nothing was lost, in sentences, and how often.
     lacking
         Forms that the library of models does not have.
+    extremes
+        The worst errors of each cell, as floats have them.
+    certified
+        Of extremes, the errors that are proven; not part of a record.
+    efforts
+        Of each cell, how many scenes were asked to the end, and the engine's processor seconds for them.
     digest
         Of every answer, to the bit.
     """
@@ -266,14 +274,23 @@ class Outcome:
     problems: list[str] = field(default_factory=list)
     incidents: Counter[str] = field(default_factory=Counter)
     lacking: set[str] = field(default_factory=set)
+    extremes: dict[ExtremeKey, Extreme] = field(default_factory=dict)
+    certified: dict[ExtremeKey, float] = field(default_factory=dict)
+    efforts: dict[CellKey, tuple[int, float]] = field(default_factory=dict)
     digest: str = ""
     sheets: list[Sheet] = field(default_factory=list)
-    """Each answer, for the record; not there in an outcome that was recalled."""
+    """Each answer; no longer there once it is in the record."""
 
     def count(self, key: CountedKey, amount: float) -> None:
         """Add one finding that is not proven."""
         number, worst = self.counted.get(key, (0, 0.0))
         self.counted[key] = number + 1, max(worst, amount)
+
+    def spend(self, efforts: Mapping[CellKey, tuple[int, float]]) -> None:
+        """Add what engines took for some scenes."""
+        for cell, (asked, seconds) in efforts.items():
+            number, spent = self.efforts.get(cell, (0, 0.0))
+            self.efforts[cell] = number + asked, spent + seconds
 
 
 @dataclass(frozen=True)
@@ -312,6 +329,7 @@ class Run:
     """Scenes that each hunter has put before an engine: "replay", "bulk" and "hypothesis"."""
     timing: dict[str, float] = field(default_factory=dict)
     """Seconds spent on scenes, each engine, the reference, judge, proofs, hunts, store: of all workers together."""
+    accuracy: Accuracy = field(default_factory=Accuracy)
     interrupted: bool = False
     digest: str = ""
     """Of every answer, to the bit: the same for the same work, whatever has done it."""

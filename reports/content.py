@@ -16,12 +16,6 @@ TITLE = "proxyproof: discrepancy report"
 MOST_MODEL_LINES = 12
 """Lines on models that a report shows."""
 
-LONGEST_SCRIPT = 6000
-"""Characters of a script that a page shows; its file has it whole."""
-
-MOST_SCRIPTS = 100
-"""Buckets, the worst first, whose scripts a page shows; of the others it names the file."""
-
 WORDS = (
     ("signed distance σ", "the gap when positive, 0 when touching, minus the penetration depth when negative"),
     ("depth of unions", "of a Composite or Polyhedron: the length of the shortest translation of B that separates"),

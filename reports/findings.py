@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 from oracles.motion import Motion
 from oracles.outcome import COMPARED, Bucket, Finding, Kind, Run, Verdict
@@ -77,6 +78,16 @@ class BucketView:
     def amount_text(self) -> str:
         """The proven error in short, or a dash."""
         return f"≥ {text.short(self.amount)}" if self.amount else "–"
+
+    @property
+    def issue(self) -> str:
+        """Path of the issue's text within the report's folder."""
+        return f"issues/{PurePosixPath(self.file).stem}.md"
+
+    @property
+    def picture(self) -> str:
+        """Path of the picture within the report's folder."""
+        return f"pictures/{self.number:03d}.svg"
 
 
 def bucket_views(run: Run) -> list[BucketView]:
@@ -220,17 +231,17 @@ def _answers(finding: Finding) -> Table:
     names = dict.fromkeys([*finding.reference, *finding.answer])
     rows = []
     for name in names:
-        said = [_value(name, a[name]) if name in a else "not said" for a in (finding.answer, finding.reference)]
+        said = [value(name, a[name]) if name in a else "not said" for a in (finding.answer, finding.reference)]
         rows.append((Entry(text.visible(name)), *map(Entry, said)))
     columns = (Column("answer"), Column(text.visible(finding.engine)), Column("refimpl"))
     return Table("Both answers", columns, tuple(rows))
 
 
-def _value(name: str, value: object) -> str:
+def value(name: str, said: object) -> str:
     """Engines answer a hit with 1 or 0, as a bool or a double; anything else is shown as it is."""
-    if name == "hit" and isinstance(value, int | float) and value in (0, 1):
-        return "yes" if value else "no"
-    return text.full(value)
+    if name == "hit" and isinstance(said, int | float) and said in (0, 1):
+        return "yes" if said else "no"
+    return text.full(said)
 
 
 def _proof(finding: Finding, number: int) -> Proof | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from importlib.resources import files
 from typing import Any
 
@@ -25,11 +26,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 @pytest.fixture
 def report(written: Any, tmp_path: Any) -> Any:
-    for name in ("index.html", "report.md", "report.json"):
-        (tmp_path / name).write_bytes((written / name).read_bytes())
-    (tmp_path / "repro").mkdir()
-    for script in (written / "repro").iterdir():
-        (tmp_path / "repro" / script.name).write_bytes(script.read_bytes())
+    shutil.copytree(written, tmp_path, dirs_exist_ok=True)
     return tmp_path
 
 
@@ -61,6 +58,7 @@ def test_old_scripts_go_and_foreign_files_stay(report: Any) -> None:
         "001-fcl-boolean-Sphere-Capsule-missed-contact.py",
         "mine.py",
     ]
+    assert [path.name for path in (report / "issues").iterdir()] == ["001-fcl-boolean-Sphere-Capsule-missed-contact.md"]
     assert verify.completeness(report) == []
 
 
@@ -151,8 +149,20 @@ def test_gaps_in_the_files_are_found(report: Any) -> None:
     (report / "index.html").write_text(page[: len(page) // 2], "utf-8")
     (report / "report.md").unlink()
     next((report / "repro").glob("002-*")).write_text("print(")
+    (report / "junit.xml").write_text("<testsuites>")
+    log = json.loads((report / "report.sarif").read_text("utf-8"))
+    log["runs"][0]["results"].pop()
+    (report / "report.sarif").write_text(json.dumps(log))
+    next((report / "issues").glob("003-*")).unlink()
     found = "\n".join(verify.completeness(report))
-    for gap in ("index.html is empty or cut off", "cannot read report.md", "does not compile"):
+    for gap in (
+        "index.html is empty or cut off",
+        "cannot read report.md",
+        "does not compile",
+        "cannot read junit.xml",
+        "report.sarif has other findings",
+        "issues/003-bullet-raycast-Ray-Sphere-ray-hits-behind-the-surface.md is missing",
+    ):
         assert gap in found
 
 

@@ -17,7 +17,6 @@ from refimpl import Composite, ConvexPolyhedron
 from refimpl.proof import Certificate, claims
 from reports import cells as cells_of_page
 from reports import findings, html, markdown, matrix, proofs, shapes, summary, tables, text
-from reports.content import MOST_SCRIPTS
 from tests.sample_run import A_BOX, BALL, STONE, WEDGE, Page, sample_run
 
 
@@ -337,10 +336,7 @@ def test_every_bucket_is_told_in_full(run: Run, page: Page, notes: str, form: st
             assert all(text.full(value) in said for name, value in answer.items() if name != "hit")
         if verdict.certificate is not None:
             assert all(words in said for words in proofs.proof_view(verdict.certificate, "", view.number).claims)
-        if form == "markdown":
-            assert all(line in said for line in its.repro.splitlines())
-        else:
-            assert f"python {view.file}" in said
+        assert form == "markdown" or f"python {view.file}" in said
 
 
 @pytest.mark.parametrize("form", ["html", "markdown"])
@@ -353,13 +349,11 @@ def test_both_forms_have_all_rows(run: Run, page: Page, notes: str, form: str) -
             assert all(entry.text in said for entry in row)
 
 
-def test_many_buckets_are_all_told_and_the_last_without_data() -> None:
+def test_many_buckets_are_all_told() -> None:
     run = sample_run()
-    run.buckets = run.buckets[:1] * (MOST_SCRIPTS + 20)
-    said = markdown.render(run)
-    assert said.count('print("distance') == MOST_SCRIPTS
-    assert all(view.file in said for view in findings.bucket_views(run))
-    assert len(re.findall(r"report\.json has it, with bucket \d+", said)) == 20
+    run.buckets = run.buckets[:1] * 120
+    for said in (html.render(run), markdown.render(run)):
+        assert all(view.file in said for view in findings.bucket_views(run))
 
 
 def test_run_without_findings_renders() -> None:

@@ -45,7 +45,8 @@ def findings(run: Run) -> list[object]:
         (b.key, b.count, b.proven, b.worst, dict(b.regimes), b.witness.scene.id, b.witness.verdict.claim, b.repro)
         for b in run.buckets
     ]
-    return [run.digest, buckets, dict(run.counts), dict(run.hunters), run.problems]
+    accuracy = run.accuracy.errors, run.accuracy.points
+    return [run.digest, buckets, dict(run.counts), dict(run.hunters), run.problems, accuracy]
 
 
 @pytest.fixture(scope="module")
