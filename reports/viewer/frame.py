@@ -144,21 +144,16 @@ class View:
 
 USUAL = View(-50.0, 22.0)
 VIEWS = [View(USUAL.azimuth + turn, rise) for rise in (22.0, 38.0, 8.0) for turn in range(0, 360, 15)]
+EYES = np.array([view.axes[2] for view in VIEWS])
 TILT = 0.25
 """Cosine of the angle at which a contact normal is best seen: nearly from the side."""
 
 
 def best_view(across: list[Array], outward: list[Array]) -> View:
     """The view that shows these directions from the side, and planes from the side to which `outward` points."""
-
-    def cost(item: tuple[int, View]) -> tuple[float, int]:
-        number, view = item
-        eye = view.axes[2]
-        sideways = max((abs(abs(float(eye @ n)) - TILT) for n in across), default=0.0)
-        behind = sum(float(eye @ n) < 0.05 for n in outward)
-        return round(sideways + behind, 1), number
-
-    return min(enumerate(VIEWS), key=cost)[1]
+    sideways = np.max([abs(abs(EYES @ n) - TILT) for n in across], axis=0) if across else np.zeros(len(VIEWS))
+    behind = np.sum([EYES @ n < 0.05 for n in outward], axis=0) if outward else np.zeros(len(VIEWS))
+    return VIEWS[int(np.argmin(np.round(sideways + behind, 1)))]
 
 
 def clipped(line: Line, reach: float) -> Line | None:
