@@ -10,7 +10,7 @@ from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
 from reports import text
 
 DIGITS = (4, 7, 10)
-"""Significant digits that are tried until the two answers differ; where none do, it is not this number that is wrong."""
+"""Significant digits that are tried until the two answers differ; where none do, something else is wrong."""
 
 LOST = (Kind.CRASHED, Kind.TIMED_OUT)
 
