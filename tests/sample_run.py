@@ -298,7 +298,9 @@ LEDGER = [
         ("0123456789ab", "ba9876543210"),
         ("https://example.org/1",),
     ),
-    EntryNote("fcl", "mended", "A sign.", State.STALE, "1 witness passes now", 0, 1, ()),
+    EntryNote(
+        "fcl", "mended", "A sign.", State.STALE, "1 witness passes now", 0, 1, (), cells=((DISTANCE, "Box–Box"),)
+    ),
     EntryNote("bullet", "another", "A clamp.", State.CHANGED, "1 witness fails otherwise", 0, 2, ("00112233aabb",)),
     EntryNote("bullet", "elsewhere", "A case.", State.UNMATCHED, "it is about versions <3, not 3.2.7", 0, 0, ()),
 ]
