@@ -1,4 +1,4 @@
-"""The command line: ``proxyproof run``, ``table``, ``bounces``, ``models`` and ``hunt-mutants``.
+"""The command line: ``proxyproof run``, ``accuracy``, ``table``, ``bounces``, ``models`` and ``hunt-mutants``.
 
 Exit status: 0 finished and as the ledger expects, 1 incomplete or not as expected, 2 bad input (one line on standard
 error), 3 the reference was proven wrong, 130 interrupted. Commands import what they need when they run, so that help
@@ -16,7 +16,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from reports import options, running, text
+from reports import accuracy_command, options, running, text
 from reports.options import BadInput
 from reports.running import BAD_INPUT, FINISHED, INTERRUPTED
 
@@ -89,6 +89,7 @@ def start(
 
 
 app.command()(running.run)
+app.command()(accuracy_command.accuracy)
 
 
 @app.command()

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from oracles.outcome import Run
 from reports import html, issues, junit, markdown, sarif
+from reports.accuracy_data import as_csv
 from reports.findings import bucket_views
 from reports.summary import SCHEMA, report_json, schema
 
@@ -74,6 +75,7 @@ def contents(run: Run) -> Iterator[tuple[str, str]]:
             yield view.file, view.repro
         yield view.issue, issues.issue(run, bucket, view)
     yield "report.json", report_json(run)
+    yield "accuracy.csv", as_csv(run)
     yield SCHEMA, schema()
     yield "junit.xml", junit.render(run, views)
     yield "report.sarif", sarif.render(run, views)
