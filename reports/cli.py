@@ -1,4 +1,4 @@
-"""The command line: ``proxyproof run``, what looks at a run again (``show``, ``replay``, ``check``, ``diff``, ``accuracy``), more.
+"""The command line: ``proxyproof run``, what looks at a run again (``show``, ``replay``, ``check`` ...), and more.
 
 Exit status: 0 as it should be, 1 not so (each command says what that is), 2 bad input (one line on standard error),
 3 the reference was proven wrong, 130 interrupted. Commands import what they need when they run, so that help and the
