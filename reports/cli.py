@@ -1,4 +1,4 @@
-"""The command line: ``proxyproof run``, what looks at a run again (``show``, ``replay``, ``check``, ``diff``), more.
+"""The command line: ``proxyproof run``, what looks at a run again (``show``, ``replay``, ``check`` ...), and more.
 
 Exit status: 0 as it should be, 1 not so (each command says what that is), 2 bad input (one line on standard error),
 3 the reference was proven wrong, 130 interrupted. Commands import what they need when they run, so that help and the
@@ -16,7 +16,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from reports import checking, comparing, options, replaying, running, showing, text
+from reports import accuracy_command, checking, comparing, options, replaying, running, showing, text
 from reports.options import BadInput
 from reports.running import BAD_INPUT, FINISHED, INTERRUPTED
 
@@ -88,7 +88,9 @@ def start(
         print(context.get_help())
 
 
-for own in (running.run, showing.show, replaying.replay, checking.check, comparing.diff):
+OWN = (running.run, showing.show, replaying.replay, checking.check, comparing.diff, accuracy_command.accuracy)
+"""Commands that stand in files of their own."""
+for own in OWN:
     app.command()(own)
 
 
