@@ -80,7 +80,7 @@ def contents(run: Run) -> Iterator[tuple[str, str]]:
     yield SCHEMA, schema()
     yield "junit.xml", junit.render(run, views)
     yield "report.sarif", sarif.render(run, views)
-    yield "report.md", markdown.render(run, pictures=True)
+    yield "report.md", markdown.render(run, beside=True)
     yield "index.html", html.render(run)
 
 
