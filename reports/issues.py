@@ -7,6 +7,7 @@ the expected answer is the right one is said in words that can be checked by han
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from oracles.engines import PACKAGES
@@ -15,7 +16,7 @@ from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
 from reports import text
 from reports.findings import BucketView, interval, value
 from reports.markdown import escape, fenced, table_lines
-from reports.tables import Column, Entry, Table
+from reports.tables import Column, Entry, Table, grouped, total
 
 ASKED = {
     DISTANCE: "Distance of {} and {}",
@@ -40,6 +41,9 @@ CONVENTIONS = {
 LONGEST_CALL = 8000
 """Characters of a script that stands in an issue; longer ones are to be attached."""
 
+Tallies = dict[tuple[str, ...], Counter[Kind]]
+"""Verdicts by cell, and by cell and regime."""
+
 MOST_RELATED, MOST_REGIMES = 8, 12
 SYSTEM = ("numpy", "python", "platform")
 
@@ -53,18 +57,20 @@ def title(bucket: Bucket) -> str:
     return f"{asked}: {text.visible(bucket.symptom)}{amount}"
 
 
-def issue(run: Run, bucket: Bucket, view: BucketView) -> str:
-    """Return the text of the issue, its title as the heading."""
-    return "\n".join(_lines(run, bucket, view)) + "\n"
+def issues(run: Run, views: Sequence[BucketView]) -> Iterator[str]:
+    """Texts of the issues of all buckets, each with its title as the heading."""
+    tallies = grouped(run, "engine", "query", "pair", "regime") | grouped(run, "engine", "query", "pair")
+    for bucket, view in zip(run.buckets, views, strict=True):
+        yield "\n".join(_lines(run, bucket, view, tallies)) + "\n"
 
 
-def _lines(run: Run, bucket: Bucket, view: BucketView) -> Iterator[str]:
+def _lines(run: Run, bucket: Bucket, view: BucketView, tallies: Tallies) -> Iterator[str]:
     yield from (f"# {escape(title(bucket))}", "", escape(view.story), "")
     yield from ("## Versions", "", *(f"- {escape(line)}" for line in _versions(run, bucket)), "")
     yield from ("## Steps to reproduce", "", *_steps(bucket, view), "")
     yield from ("## Expected", "", *_expected(bucket, view), "")
     yield from ("## Actual", "", *_actual(bucket, view), "")
-    yield from ("## How often", "", *_often(run, bucket), "")
+    yield from ("## How often", "", *_often(run, bucket, tallies), "")
     related = list(_related(run, bucket))
     if related:
         yield from ("## Related", "", *related, "")
@@ -158,18 +164,19 @@ def _answers(finding: Finding) -> Table:
     return Table("", columns, tuple(rows))
 
 
-def _often(run: Run, bucket: Bucket) -> Iterator[str]:
+def _often(run: Run, bucket: Bucket, tallies: Tallies) -> Iterator[str]:
     """Counts, of all answers on these types and by recipe."""
-    where = {"engine": bucket.engine, "query": bucket.query, "pair": bucket.pair}
-    compared = text.plural(run.total(**where, kinds=COMPARED), "scene")
+    cell = bucket.engine, bucket.query, bucket.pair
+    whole = tallies.get(cell, Counter())
+    compared = text.plural(total(whole, COMPARED), "scene")
     proven = f" ({text.count(bucket.proven)} of them proven one by one)" if bucket.proven else ""
-    every = run.total(**where, kinds=FINDINGS)
+    every = total(whole, FINDINGS)
     others = f" All faults together: {text.count(every)}." if every > bucket.count else ""
     yield f"Seen {text.plural(bucket.count, 'time')}{proven} among {compared} of these types.{others} By kind of scene:"
     yield ""
     rows = []
     for name, n in bucket.regimes.most_common(MOST_REGIMES):
-        of = run.total(**where, regime=name, kinds=COMPARED)
+        of = total(tallies.get((*cell, name), Counter()), COMPARED)
         why = text.visible(run.regimes.get(name, ""))
         rows.append((Entry(text.visible(name)), Entry(f"{text.count(n)} of {text.count(of)}"), Entry(why)))
     columns = (Column("scenes"), Column("wrong", numeric=True), Column("what they are"))
