@@ -13,7 +13,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from oracles.engines import PACKAGES
 from oracles.outcome import COMPARED, FINDINGS, Bucket, Finding, Kind, Run, Verdict
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
-from reports import text
+from refimpl.shapes import Composite, Proxy
+from reports import shapes, text
 from reports.findings import BucketView, interval, value
 from reports.markdown import escape, fenced, table_lines
 from reports.tables import Column, Entry, Table, grouped, total
@@ -37,6 +38,21 @@ CONVENTIONS = {
     RAYCAST: "The time of the hit is in units of the direction's length; a ray that starts inside hits at 0.",
 }
 """What the numbers mean, by query."""
+
+ROTATION = "turned by the quaternion `rotation` (x, y, z, w) of any length"
+MEANINGS = {
+    "Ray": "from `origin` along `direction`",
+    "Capsule": "all points at most `radius` from the segment from `p` to `q`",
+    "HalfSpace": "normal · x + k ≤ 0, whatever the normal's length",
+    "Box": f"`half_extents` along its axes, {ROTATION}",
+    "KDOP": "lower ≤ direction · x ≤ upper for each direction",
+    "Ellipsoid": f"semi-axes `radii`, {ROTATION}",
+    "Cylinder": "a solid cylinder whose axis runs from `p` to `q`",
+    "ConvexPolyhedron": f"the hull of the vertices, or normal · x + k ≤ 0 for all planes (normal, k); {ROTATION}",
+    "Polyhedron": f"the solid bounded by the triangles, {ROTATION} and moved by `position`",
+    "Composite": "the union of its parts",
+}
+"""What the numbers of a scene mean, where that is not plain."""
 
 LONGEST_CALL = 8000
 """Characters of a script that stands in an issue; longer ones are to be attached."""
@@ -65,7 +81,7 @@ def issues(run: Run, views: Sequence[BucketView]) -> Iterator[str]:
 
 
 def _lines(run: Run, bucket: Bucket, view: BucketView, tallies: Tallies) -> Iterator[str]:
-    yield from (f"# {escape(title(bucket))}", "", escape(view.story), "")
+    yield from (f"# {escape(title(bucket))}", "", escape(view.fact), "")
     yield from ("## Versions", "", *(f"- {escape(line)}" for line in _versions(run, bucket)), "")
     yield from ("## Steps to reproduce", "", *_steps(bucket, view), "")
     yield from ("## Expected", "", *_expected(bucket, view), "")
@@ -94,7 +110,20 @@ def _steps(bucket: Bucket, view: BucketView) -> Iterator[str]:
         yield from ("It needs nothing but the engine and numpy:", "", *fenced(called, "python"))
     else:
         yield f"The script {escape(view.file)}, to be attached, needs nothing but the engine and numpy."
-    yield from ("", "The scene, in full precision:", "", *_scene(view.scene, bucket))
+    scene = bucket.witness.scene
+    whole = shapes.is_whole(scene.a) and shapes.is_whole(scene.b)
+    told = "in full precision" if whole else "of which the script has every number"
+    yield from ("", f"The scene, {told}:", "", *_scene(view.scene, bucket))
+    types = dict.fromkeys(name for shape in (scene.a, scene.b) for name in _types(shape) if name in MEANINGS)
+    yield from ("", *(f"- {name}: {MEANINGS[name]}" for name in types))
+
+
+def _types(shape: Proxy) -> Iterator[str]:
+    """Names of a shape's type, and of those of its parts."""
+    yield type(shape).__name__
+    if isinstance(shape, Composite):
+        for part in shape.parts:
+            yield from _types(part)
 
 
 def _scene(scene: Iterable[tuple[str, str]], bucket: Bucket) -> list[str]:

@@ -290,6 +290,9 @@ def test_issue_says_what_is_true_and_why(texts: list[str]) -> None:
     assert "| distance | nan" in texts[5]
     assert "ValueError: nothing came back" in texts[6]
     assert "need a change of at least 0.3" in texts[8]
+    assert "The scene, in full precision:" in texts[0]
+    assert "The scene, of which the script has every number:" in texts[9]
+    assert "- Composite: the union of its parts\n- Polyhedron: " in texts[9]
     for number in (0, 2, 3, 4, 8):
         assert "Why this is so:" in texts[number]
         assert "checked in exact rational arithmetic" in texts[number]
