@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from dataclasses import replace
 from hashlib import sha256
+from itertools import groupby, islice
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oracles.outcome import Run
 from oracles.scene import QUERIES
 from refimpl.pairs import PROBES, SOLIDS
-from reports import cells, ledger, overview, tables, text
+from reports import cells, ledger, overview, tables, text, viewer
+from reports.accuracy import NOTE, accuracy
 from reports.content import TITLE, WORDS, content
-from reports.tables import LEGEND
+from reports.plots import plots
+from reports.tables import LEGEND, Entry, Table
 
 MOST_NEW = 12
 """New findings that the overview names; the rest is behind a link."""
 
 
 def render(run: Run) -> str:
-    """Return the report as HTML. Everything is escaped by the template engine but our own style and script."""
+    """Return the report as HTML. The template engine escapes everything but our own style, script and pictures."""
     environment = _environment()
+    named = [text.visible(engine) for engine in tables.engines(run)]
     rows = cells.rows(run)
-    template = environment.get_template("report.html.jinja")
-    return template.render(
+    return environment.get_template("report.html.jinja").render(
         report=content(run),
         title=TITLE,
         words=WORDS,
@@ -34,13 +38,36 @@ def render(run: Run) -> str:
         most_new=MOST_NEW,
         rows=rows,
         places=cells.places(run, rows),
-        engines=[text.visible(engine) for engine in tables.engines(run)],
+        figures={bucket.id: viewer.figure(bucket) for bucket in run.buckets},
+        accuracy=accuracy(run),
+        accuracy_note=NOTE,
+        plots=plots(run),
+        engines=named,
         types=[kind.__name__ for kind in (*PROBES, *SOLIDS)],
         queries=QUERIES,
         shows=cells.SHOWS,
-        style=_style(environment, len(tables.engines(run))),
-        script=_own(environment, "report.js"),
+        style=_style(environment, len(named)),
+        script=_own(environment, "report.js") + viewer.script(),
     )
+
+
+def column_groups(table: Table) -> list[tuple[str, int]]:
+    """Headings above the headings: name and width of each run of columns that share one; empty without any."""
+    groups = [(name, len(list(columns))) for name, columns in groupby(table.columns, key=lambda column: column.group)]
+    return groups if any(name for name, _ in groups) else []
+
+
+def sections(table: Table) -> list[tuple[str, list[tuple[Entry, ...]]]]:
+    """Rows below their headings, the heading left out of their own; one section without heading, where there is none.
+
+    A row "Sphere–Box" below the heading "Sphere" is "Box": narrow enough for a phone.
+    """
+    rows, found = iter(table.rows), []
+    for heading, count in table.sections or (("", len(table.rows)),):
+        below = list(islice(rows, count))
+        names = (replace(row[0], text=row[0].text.removeprefix(f"{heading}–")) for row in below)
+        found.append((heading, [(name, *row[1:]) for name, row in zip(names, below, strict=True)]))
+    return found
 
 
 def _environment() -> Environment:
@@ -51,6 +78,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals |= {"column_groups": column_groups, "sections": sections}
     environment.filters |= {
         "count": text.count,
         "visible": text.visible,
@@ -69,7 +97,7 @@ def digest(code: str) -> str:
 def _style(environment: Environment, engines: int) -> str:
     """Return the style sheet, with a rule for each engine that may be the only one that is shown."""
     only = (f".only-{i} .e:not(.e{i}) {{ display: none; }}\n" for i in range(engines))
-    return _own(environment, "report.css") + "".join(only)
+    return _own(environment, "report.css") + "".join(only) + viewer.style()
 
 
 def _own(environment: Environment, name: str) -> str:

@@ -286,7 +286,8 @@ def test_ids_are_unique_and_links_resolve(run: Run, page: Page) -> None:
     assert len(ids) == len(set(ids))
     links = page.values("href")
     assert {link[1:] for link in links if link.startswith("#")} <= set(ids)
-    files = {"report.md", "report.json", *(view.file for view in findings.bucket_views(run))}
+    views = findings.bucket_views(run)
+    files = {"report.md", "report.json", *(view.file for view in views), *(view.issue for view in views)}
     assert {link for link in links if not link.startswith(("#", "?show="))} == {*files, "https://example.org/1"}
     assert {f"b-{bucket.id}" for bucket in run.buckets} <= set(ids)
     assert set(page.values("aria-labelledby")) <= set(ids)

@@ -86,9 +86,8 @@
     const [what, engine] = name.split("-");
     if (what === "query") return (row) => row.query;
     if (what === "pair" || !name) return (row) => row.place;
-    const column = 2 + 3 * engine + ["state", "compared", "worst"].indexOf(what);
     return (row) => {
-      const value = row.element.cells[column].dataset.v;
+      const value = row.cells[engine].dataset[what];
       return value === undefined ? undefined : +value;
     };
   }
