@@ -60,20 +60,22 @@ class Judge:
         """Try claim by claim, on the scene's shapes and on the effective ones; first those that may fail on both."""
         cell = scene.cell
         effective = self.rules.effectively(cell, nominal.a, nominal.b, nominal.answers)
-        pairs = list(zip(nominal.claims(), effective.claims(), strict=True))
-        pairs.sort(key=lambda pair: not all(self._doubtful(cell, claim, scene) for claim in pair))
+        own = self._weighed(cell, nominal, scene)
+        same = effective.is_as(nominal)
+        pairs = list(zip(own, own if same else self._weighed(cell, effective, scene), strict=True))
+        pairs.sort(key=lambda pair: not all(doubtful for _, doubtful in pair))
         found: dict[str, Verdict] = {}
-        for ours, theirs in pairs:
-            if "wrong" in found and not self._doubtful(cell, theirs, scene):
+        for (ours, in_doubt), (theirs, also) in pairs:
+            if "wrong" in found and not also:
                 break  # of what holds on the effective shapes, one is enough to tell a convention
-            verdict = self.tried(cell, ours, scene, nominal)
+            verdict = self.tried(cell, ours, scene, nominal) if in_doubt else Verdict(Kind.AGREES)
             if verdict.kind is Kind.REFERENCE_WRONG:
                 return verdict
             if verdict.kind is Kind.WRONG and ours.by_convention:
                 found.setdefault("waived", verdict)
             elif verdict.kind is Kind.WRONG:
                 found.setdefault("wrong", verdict)
-                joint = self._both(verdict, self.tried(cell, theirs, scene, effective), scene)
+                joint = verdict if same else self._both(verdict, self.tried(cell, theirs, scene, effective), scene)
                 if joint.kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
                     inside = joint.kind is Kind.WRONG and self.rules.excused_inside(cell, nominal)[0]
                     return replace(joint, kind=Kind.CONVENTION, severity=None) if inside else joint
@@ -85,6 +87,10 @@ class Judge:
         if "waived" in found and "doubtful" not in found:
             return replace(found["waived"], kind=Kind.CONVENTION, severity=None)
         return found.get("doubtful", Verdict(Kind.AGREES))
+
+    def _weighed(self, cell: Cell, rows: Questioned, scene: Scene) -> list[tuple[Claim, bool]]:
+        """Every claim, and whether it is in doubt."""
+        return [(claim, self._doubtful(cell, claim, scene)) for claim in rows.claims()]
 
     def _doubtful(self, cell: Cell, claim: Claim, scene: Scene) -> bool:
         """Whether floats leave it open, or are sure, that a claim is broken."""

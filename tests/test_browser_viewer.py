@@ -38,9 +38,12 @@ DRAWN = """async (figure) => {
   for (let tries = 0; tries < 600; tries++) {
     const canvas = figure.querySelector('canvas');
     if (canvas && canvas.width) {
-      const blank = Object.assign(document.createElement('canvas'), { width: canvas.width, height: canvas.height });
+      const size = `${canvas.width} ${canvas.height}`;
+      const { width, height } = canvas;
+      window.blanks ||= {};
+      blanks[size] ||= Object.assign(document.createElement('canvas'), { width, height }).toDataURL();
       const shown = canvas.toDataURL();
-      if (shown !== blank.toDataURL()) return shown;
+      if (shown !== blanks[size]) return shown;
     }
     await new Promise(requestAnimationFrame);
   }
@@ -48,13 +51,13 @@ DRAWN = """async (figure) => {
 }"""
 CHANGED = """async ([figure, before]) => {
   const canvas = figure.querySelector('canvas');
+  let [last, still] = ['', 0];
   for (let tries = 0; tries < 300; tries++) {
-    if (canvas.toDataURL() !== before) {
-      await new Promise(requestAnimationFrame);
-      await new Promise((done) => setTimeout(done, 60));
-      return canvas.toDataURL();
-    }
     await new Promise(requestAnimationFrame);
+    const shown = canvas.toDataURL();
+    still = shown === last ? still + 1 : 0;
+    last = shown;
+    if (shown !== before && still > 2) return shown;
   }
   return before;
 }"""
@@ -118,13 +121,24 @@ def open_page(browser: Any, buckets: list[Bucket], tmp_path_factory: pytest.Temp
         source = page_of(buckets, prelude)
         path: Path = folder / f"{hashlib.sha256(source.encode()).hexdigest()[:8]}{bool(change)}.html"
         path.write_text(change(source) if change else source, encoding="utf-8")
-        return visit(browser, path.as_uri(), **options)
+        return visit(browser, path.as_uri(), **{"viewport": {"width": 400, "height": 700}, **options})
 
     return opened
 
 
+@pytest.fixture(scope="module")
+def shared(open_page: Any) -> Iterator[Any]:
+    """One page for all tests that leave it as they found it."""
+    with open_page(has_touch=True, color_scheme="light") as its:
+        yield its.page
+
+
 def figure_of(page: Any, number: int) -> Any:
     return page.query_selector_all("figure.scene")[number]
+
+
+def canvas_of(page: Any, number: int) -> Any:
+    return page.locator("figure.scene").nth(number).locator("canvas")
 
 
 def drawn(page: Any, figure: Any) -> str:
@@ -146,7 +160,7 @@ def test_two_hundred_scenes_are_drawn_each_its_own(browser: Any, tmp_path: Path)
     path = tmp_path / "many.html"
     path.write_text(page_of(many()), encoding="utf-8")
     assert path.stat().st_size < 800_000
-    with visit(browser, path.as_uri(), viewport={"width": 700, "height": 900}) as its:
+    with visit(browser, path.as_uri(), viewport={"width": 360, "height": 700}) as its:
         assert its.page.locator("canvas").count() < 10
         figures = its.page.query_selector_all("figure.scene")
         pictures = [drawn(its.page, figure) for figure in figures]
@@ -164,7 +178,7 @@ def test_without_webgl_every_scene_is_drawn_too(open_page: Any) -> None:
         assert not set(plain) & set(usual)
         figure = figure_of(its.page, 3)
         before = drawn(its.page, figure)
-        its.page.locator("canvas").nth(3).press("ArrowLeft")
+        canvas_of(its.page, 3).press("ArrowLeft")
         changed(its.page, figure, before)
 
 
@@ -173,7 +187,7 @@ def test_a_lost_context_is_replaced(open_page: Any) -> None:
         figure = figure_of(its.page, 3)
         before = drawn(its.page, figure)
         its.page.evaluate("contexts[0].getExtension('WEBGL_lose_context').loseContext()")
-        its.page.locator("canvas").nth(3).press("ArrowLeft")
+        canvas_of(its.page, 3).press("ArrowLeft")
         changed(its.page, figure, before)
         # a lost context is reported by the browser itself
         its.messages[:] = [text for text in its.messages if "CONTEXT_LOST" not in text]
@@ -190,23 +204,24 @@ def test_without_scripts_the_still_picture_stands(open_page: Any) -> None:
         assert len(colours) > 100
 
 
-def test_on_paper_the_still_picture_stands(open_page: Any) -> None:
-    with open_page() as its:
-        drawn(its.page, figure_of(its.page, 0))
-        assert not its.page.locator("figure.scene > svg").first.is_visible()
-        its.page.emulate_media(media="print")
-        assert its.page.locator("figure.scene > svg").first.is_visible()
-        assert not its.page.locator("canvas").first.is_visible()
+def test_on_paper_the_still_picture_stands(shared: Any) -> None:
+    page = shared
+    drawn(page, figure_of(page, 0))
+    assert not page.locator("figure.scene > svg").first.is_visible()
+    page.emulate_media(media="print")
+    assert page.locator("figure.scene > svg").first.is_visible()
+    assert not page.locator("canvas").first.is_visible()
+    page.emulate_media(media="screen")
 
 
-def test_the_dark_has_its_own_colours(open_page: Any) -> None:
-    with open_page(color_scheme="light") as its:
-        figure = figure_of(its.page, 0)
-        light = drawn(its.page, figure)
-        its.page.emulate_media(color_scheme="dark")
-        dark = changed(its.page, figure, light)
-        its.page.emulate_media(color_scheme="light")
-        assert changed(its.page, figure, dark) == light
+def test_the_dark_has_its_own_colours(shared: Any) -> None:
+    page = shared
+    figure = figure_of(page, 0)
+    light = drawn(page, figure)
+    page.emulate_media(color_scheme="dark")
+    dark = changed(page, figure, light)
+    page.emulate_media(color_scheme="light")
+    assert changed(page, figure, dark) == light
 
 
 def test_figures_with_broken_data_keep_their_still_picture(open_page: Any) -> None:
@@ -230,21 +245,20 @@ def test_a_phone_sees_all_of_it(open_page: Any) -> None:
 # -- turning -------------------------------------------------------------------------------------------------
 
 
-def test_keys_turn_zoom_move_and_reset(open_page: Any) -> None:
-    with open_page() as its:
-        page, figure = its.page, figure_of(its.page, 3)
-        canvas = page.locator("canvas").nth(3)
-        home = before = drawn(page, figure)
-        seen = {home}
-        for key in ("ArrowRight", "ArrowUp", "+", "Shift+ArrowLeft", "-"):
-            canvas.press(key)
-            before = changed(page, figure, before)
-            seen.add(before)
-        assert len(seen) == 6
-        canvas.press("0")
-        assert changed(page, figure, before) == home
-        canvas.press("a")
-        assert drawn(page, figure) == home
+def test_keys_turn_zoom_move_and_reset(shared: Any) -> None:
+    page, figure = shared, figure_of(shared, 3)
+    canvas = canvas_of(page, 3)
+    home = before = drawn(page, figure)
+    seen = {home}
+    for key in ("ArrowRight", "ArrowUp", "+", "Shift+ArrowLeft", "-"):
+        canvas.press(key)
+        before = changed(page, figure, before)
+        seen.add(before)
+    assert len(seen) == 6
+    canvas.press("0")
+    assert changed(page, figure, before) == home
+    canvas.press("a")
+    assert drawn(page, figure) == home
 
 
 def test_the_keyboard_reaches_the_picture_and_its_switches(open_page: Any) -> None:
@@ -260,84 +274,83 @@ def test_the_keyboard_reaches_the_picture_and_its_switches(open_page: Any) -> No
         assert page.evaluate("document.activeElement.textContent") == "A"
 
 
-def test_the_mouse_turns_moves_and_zooms(open_page: Any) -> None:
-    with open_page() as its:
-        page, figure = its.page, figure_of(its.page, 0)
-        home = drawn(page, figure)
-        box = page.locator("canvas").first.bounding_box()
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        page.mouse.move(x, y)
-        page.mouse.wheel(0, 1)
-        assert drawn(page, figure) == home, "the wheel belongs to the page until the picture is chosen"
-        page.mouse.down()
-        page.mouse.move(x + 40, y + 20)
-        page.mouse.up()
-        turned = changed(page, figure, home)
-        page.mouse.wheel(0, -200)
-        nearer = changed(page, figure, turned)
-        page.mouse.down(button="right")
-        page.mouse.move(x, y)
-        page.mouse.up(button="right")
-        moved = changed(page, figure, nearer)
-        page.mouse.dblclick(x, y)
-        assert changed(page, figure, moved) == home
+def test_the_mouse_turns_moves_and_zooms(shared: Any) -> None:
+    page, figure = shared, figure_of(shared, 0)
+    home = drawn(page, figure)
+    box = canvas_of(page, 0).bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.evaluate("document.activeElement.blur()")
+    page.mouse.move(x, y)
+    page.mouse.wheel(0, 1)
+    assert drawn(page, figure) == home, "the wheel belongs to the page until the picture is chosen"
+    page.mouse.down()
+    page.mouse.move(x + 40, y + 20)
+    page.mouse.up()
+    turned = changed(page, figure, home)
+    page.mouse.wheel(0, -200)
+    nearer = changed(page, figure, turned)
+    page.mouse.down(button="right")
+    page.mouse.move(x, y)
+    page.mouse.up(button="right")
+    moved = changed(page, figure, nearer)
+    page.mouse.dblclick(x, y)
+    assert changed(page, figure, moved) == home
 
 
-def test_one_finger_turns_and_two_zoom(open_page: Any) -> None:
-    with open_page(has_touch=True) as its:
-        page, figure = its.page, figure_of(its.page, 0)
-        home = drawn(page, figure)
-        box = page.locator("canvas").first.bounding_box()
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        send = page.context.new_cdp_session(page).send
+def test_one_finger_turns_and_two_zoom(shared: Any) -> None:
+    page, figure = shared, figure_of(shared, 0)
+    home = drawn(page, figure)
+    box = canvas_of(page, 0).bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    send = page.context.new_cdp_session(page).send
 
-        def touch(kind: str, *places: tuple[float, float]) -> None:
-            fingers = [{"x": x + dx, "y": y + dy, "id": i} for i, (dx, dy) in enumerate(places)]
-            send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
+    def touch(kind: str, *places: tuple[float, float]) -> None:
+        fingers = [{"x": x + dx, "y": y + dy, "id": i} for i, (dx, dy) in enumerate(places)]
+        send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
 
-        touch("touchStart", (0, 0))
-        touch("touchMove", (30, 0))
-        touch("touchMove", (60, 0))
-        touch("touchEnd")
-        turned = changed(page, figure, home)
-        touch("touchStart", (-20, 0), (20, 0))
-        touch("touchMove", (-40, 0), (40, 0))
-        touch("touchMove", (-60, 0), (60, 0))
-        touch("touchEnd")
-        changed(page, figure, turned)
+    touch("touchStart", (0, 0))
+    touch("touchMove", (30, 0))
+    touch("touchMove", (60, 0))
+    touch("touchEnd")
+    turned = changed(page, figure, home)
+    touch("touchStart", (-20, 0), (20, 0))
+    touch("touchMove", (-40, 0), (40, 0))
+    touch("touchMove", (-60, 0), (60, 0))
+    touch("touchEnd")
+    nearer = changed(page, figure, turned)
+    canvas_of(page, 0).press("Home")
+    assert changed(page, figure, nearer) == home
 
 
 # -- layers --------------------------------------------------------------------------------------------------
 
 
-def test_every_layer_can_be_switched_off_and_on(open_page: Any) -> None:
-    with open_page() as its:
-        page, figure = its.page, figure_of(its.page, 3)
-        home = drawn(page, figure)
-        buttons = page.locator("figure.scene").nth(3).locator("button[aria-pressed]")
-        assert buttons.all_inner_texts() == ["A", "B", "fcl", "truth", "proof"]
-        off = []
-        for button in buttons.all():
-            button.click()
-            assert button.get_attribute("aria-pressed") == "false"
-            off.append(changed(page, figure, home))
-            button.click()
-            assert changed(page, figure, off[-1]) == home
-        assert len(set(off)) == len(off)
+def test_every_layer_can_be_switched_off_and_on(shared: Any) -> None:
+    page, figure = shared, figure_of(shared, 3)
+    home = drawn(page, figure)
+    buttons = page.locator("figure.scene").nth(3).locator("button[aria-pressed]")
+    assert buttons.all_inner_texts() == ["A", "B", "fcl", "truth", "proof"]
+    off = []
+    for button in buttons.all():
+        button.click()
+        assert button.get_attribute("aria-pressed") == "false"
+        off.append(changed(page, figure, home))
+        button.click()
+        assert changed(page, figure, off[-1]) == home
+    assert len(set(off)) == len(off)
 
 
-def test_an_impact_has_velocities_before_and_after(open_page: Any) -> None:
-    with open_page() as its:
-        drawn(its.page, figure_of(its.page, 5))
-        buttons = its.page.locator("figure.scene").nth(5).locator("button[aria-pressed]")
-        assert buttons.all_inner_texts() == ["A", "B", "bullet", "truth", "before"]
+def test_an_impact_has_velocities_before_and_after(shared: Any) -> None:
+    page = shared
+    drawn(page, figure_of(page, 5))
+    buttons = page.locator("figure.scene").nth(5).locator("button[aria-pressed]")
+    assert buttons.all_inner_texts() == ["A", "B", "bullet", "truth", "before"]
 
 
-def test_the_reset_button_brings_back_the_first_view(open_page: Any) -> None:
-    with open_page() as its:
-        page, figure = its.page, figure_of(its.page, 3)
-        home = drawn(page, figure)
-        page.locator("canvas").nth(3).press("ArrowDown")
-        turned = changed(page, figure, home)
-        page.locator("figure.scene").nth(3).get_by_role("button", name="reset").click()
-        assert changed(page, figure, turned) == home
+def test_the_reset_button_brings_back_the_first_view(shared: Any) -> None:
+    page, figure = shared, figure_of(shared, 3)
+    home = drawn(page, figure)
+    canvas_of(page, 3).press("ArrowDown")
+    turned = changed(page, figure, home)
+    page.locator("figure.scene").nth(3).get_by_role("button", name="reset").click()
+    assert changed(page, figure, turned) == home

@@ -394,6 +394,7 @@ def test_both_answers_stand_in_the_corner_with_as_many_digits_as_tell_them_apart
         ["truth", "true: distance 3"],
     ]
     assert said({"distance": 1.0000001}, {"distance": 1.0})[0][1] == "fcl: distance 1.0000001"
+    assert said({"distance": 1.5}, {"distance": 1.5})[0][1] == "fcl: distance 1.5, distance too large"
     assert said({"distance": -0.5}, {"distance": -math.inf})[1][1] == "true: overlap without end"
     assert said({"hit": False}, {"hit": True}, BOOLEAN)[0][1] == "fcl: no overlap"
     assert said({"hit": False}, {"hit": True}, BOOLEAN, interval=(-0.75, -0.75))[1][1] == "true: overlap, depth 0.75"
@@ -466,8 +467,10 @@ def test_the_proofs_own_proxies_are_drawn_where_they_belong_to_the_scene() -> No
     witness = Scene("distance", Point([3, 0, 0]), b, "generic")
     length = Scene("distance", Point([0.5, 0, 0]), Sphere([0, 0, 0], 1), "generic")
     moved = Scene("distance", a, b.translated([1, 0, 0]), "generic")
-    counts = [len(picture_of(viewed(a, b, proof_scene=scene)).ghost) for scene in (None, witness, moved, length)]
-    assert counts == [0, 1, 1, 0]
+    grown = Scene("distance", Point([0.5, 0, 0.25]), Sphere([0.5, 0, 0], 1), "generic")
+    scenes = (None, witness, moved, length, grown)
+    said = points([0.5, 0, 0.25], [1, 1, 1])
+    assert [len(picture_of(viewed(a, b, proof_scene=scene, answer=said)).ghost) for scene in scenes] == [0, 1, 1, 0, 2]
 
 
 # -- the page's part -----------------------------------------------------------------------------------------

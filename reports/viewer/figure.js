@@ -141,6 +141,7 @@ class Figure {
 
   async draw() {
     const [wide, high] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    this.wide = wide;
     if (!wide || !high || !this.visible) return;
     const ratio = Math.min(window.devicePixelRatio || 1, 2, LARGEST / wide, LARGEST / high);
     const [width, height] = [Math.round(wide * ratio), Math.round(high * ratio)];
@@ -192,7 +193,10 @@ function rgb(color) {
 const figures = new Map();
 const redrawAll = () => figures.forEach((figure) => figure && figure.redraw());
 const resized = new ResizeObserver((entries) => {
-  for (const { target } of entries) if (figures.get(target)) figures.get(target).redraw();
+  for (const { target } of entries) {
+    const figure = figures.get(target);
+    if (figure.wide !== figure.canvas.clientWidth) figure.redraw();
+  }
 });
 const watcher = new IntersectionObserver((entries) => {
   for (const { target, isIntersecting } of entries) {

@@ -15,7 +15,10 @@ from reports.viewer.solids import Dot, Lathe, Line, Plane, Solid
 
 MARGIN = 1.12
 NEARLY = 25.0
-"""A body so many times smaller than the other would hardly be seen: the picture then shows its surroundings."""
+"""A body so many times smaller than the other would hardly be seen: the picture then shows its surroundings ..."""
+
+CLOSE = 8.0
+"""... where the true points lie within so many of its radii."""
 
 REACH = 4.0
 """How far off, in radii of what is shown, a true witness may lie and still be brought into the picture."""
@@ -76,16 +79,26 @@ def exponent_of(magnitudes: Iterable[float]) -> int:
     return int(np.frexp(max(magnitudes, default=0.0))[1])
 
 
-def choose(exponent: int, a: list[Solid], b: list[Solid], anchors: list[Array]) -> Frame:
-    """Frame of two bodies; `anchors` are true points, brought in where they are near."""
+def choose(exponent: int, a: list[Solid], b: list[Solid], anchors: list[Array], gap: float) -> Frame:
+    """Frame of two bodies.
+
+    Parameters
+    ----------
+    anchors
+        True points, scaled; brought in where they are near.
+    gap
+        Gap or depth, scaled; NaN where it is not known.
+    """
     ball_a, ball_b = _ball(a), _ball(b)
     smaller, larger = sorted((ball_a, ball_b), key=lambda ball: ball[1])
-    gap = float(norm(smaller[0] - larger[0])) - smaller[1] - larger[1]
-    focused = smaller[1] > 0 and larger[1] > NEARLY * smaller[1] and gap < NEARLY * smaller[1]
+    away = max([float(norm(x - smaller[0])) for x in anchors], default=gap)
+    if math.isnan(away):
+        away = max(0.0, float(norm(smaller[0] - larger[0])) - smaller[1] - larger[1])
+    focused = smaller[1] > 0 and larger[1] > NEARLY * smaller[1] and away < CLOSE * smaller[1]
     seen = (a if smaller is ball_a else b) if focused else [*a, *b]
     center, radius = _ball(seen)
     needed = [] if focused else [*_feet(a, center), *_feet(b, center)]
-    near = [x for x in anchors if radius <= 0 or norm(x - center) < REACH * radius]
+    near = [x for x in anchors if focused or radius <= 0 or norm(x - center) < REACH * radius]
     center, radius = _ball([*seen, *map(Dot, [*needed, *near])])
     return Frame(exponent, center, MARGIN * radius if radius > 0 else 1.0, focused)
 
@@ -144,21 +157,16 @@ class View:
 
 USUAL = View(-50.0, 22.0)
 VIEWS = [View(USUAL.azimuth + turn, rise) for rise in (22.0, 38.0, 8.0) for turn in range(0, 360, 15)]
+EYES = np.array([view.axes[2] for view in VIEWS])
 TILT = 0.25
 """Cosine of the angle at which a contact normal is best seen: nearly from the side."""
 
 
 def best_view(across: list[Array], outward: list[Array]) -> View:
     """The view that shows these directions from the side, and planes from the side to which `outward` points."""
-
-    def cost(item: tuple[int, View]) -> tuple[float, int]:
-        number, view = item
-        eye = view.axes[2]
-        sideways = max((abs(abs(float(eye @ n)) - TILT) for n in across), default=0.0)
-        behind = sum(float(eye @ n) < 0.05 for n in outward)
-        return round(sideways + behind, 1), number
-
-    return min(enumerate(VIEWS), key=cost)[1]
+    sideways = np.max([abs(abs(EYES @ n) - TILT) for n in across], axis=0) if across else np.zeros(len(VIEWS))
+    behind = np.sum([EYES @ n < 0.05 for n in outward], axis=0) if outward else np.zeros(len(VIEWS))
+    return VIEWS[int(np.argmin(np.round(sideways + behind, 1)))]
 
 
 def clipped(line: Line, reach: float) -> Line | None:

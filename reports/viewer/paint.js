@@ -43,7 +43,8 @@ class Gpu {
       gl.enableVertexAttribArray(at);
       gl.vertexAttribPointer(at, [3, 3, 1][i], gl.FLOAT, false, 28, [0, 12, 24][i]);
     });
-    this.uniform = (name) => gl.getUniformLocation(program, name);
+    const names = ['right', 'up', 'eye', 'scale', 'shift', 'color'];
+    this.uniform = Object.fromEntries(names.map((name) => [name, gl.getUniformLocation(program, name)]));
     gl.enable(gl.CULL_FACE);
     gl.frontFace(gl.CW); // as pixels are read from below, the picture stands on its head
     gl.enable(gl.DEPTH_TEST);
@@ -67,14 +68,14 @@ class Gpu {
     gl.colorMask(true, true, true, true);
     gl.depthMask(true);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    for (const name of ['right', 'up', 'eye']) gl.uniform3fv(this.uniform(name), camera[name]);
+    for (const name of ['right', 'up', 'eye']) gl.uniform3fv(this.uniform[name], camera[name]);
     const [x, y] = camera.middle;
-    gl.uniform2f(this.uniform('scale'), (2 * camera.scale) / width, (-2 * camera.scale) / height);
-    gl.uniform2f(this.uniform('shift'), (2 * x) / width - 1, (2 * y) / height - 1);
+    gl.uniform2f(this.uniform.scale, (2 * camera.scale) / width, (-2 * camera.scale) / height);
+    gl.uniform2f(this.uniform.shift, (2 * x) / width - 1, (2 * y) / height - 1);
     const draw = (body, color, compare, writes) => {
       if (!body || !body.surface.length) return;
       gl.bufferData(gl.ARRAY_BUFFER, body.surface, gl.STREAM_DRAW);
-      gl.uniform3fv(this.uniform('color'), color);
+      gl.uniform3fv(this.uniform.color, color);
       gl.depthFunc(compare);
       gl.depthMask(writes);
       gl.colorMask(!writes, !writes, !writes, !writes);

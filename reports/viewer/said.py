@@ -9,8 +9,8 @@ from oracles.outcome import Finding, Kind
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
 from reports import text
 
-DIGITS = (4, 7, 10, 13, 17)
-"""Significant digits that are tried until the two answers differ."""
+DIGITS = (4, 7, 10)
+"""Significant digits that are tried until the two answers differ; where none do, something else is wrong."""
 
 LOST = (Kind.CRASHED, Kind.TIMED_OUT)
 
@@ -27,6 +27,9 @@ def said(finding: Finding) -> list[tuple[str, str]]:
         engine, true = (_words(query, answer, digits) for answer in (finding.answer, finding.reference))
         if engine != true:
             break
+    else:
+        true = _words(query, finding.reference, DIGITS[0])
+        engine = f"{true}, {symptom}" if symptom else true
     if verdict.kind in LOST:
         engine = symptom or verdict.kind.value
     return [("engine", f"{name}: {engine}"), ("truth", f"true: {truth or true}")]

@@ -11,7 +11,7 @@ import numpy as np
 from oracles.outcome import Bucket, Finding
 from oracles.scene import Scene
 from refimpl.linear import Array, norm
-from refimpl.shapes import Proxy
+from refimpl.shapes import Point, Proxy, Ray
 from reports import text
 from reports.viewer import marks
 from reports.viewer.cut import Shown, shown
@@ -64,7 +64,7 @@ def picture_of(bucket: Bucket) -> Picture:
         [float(scene.a.magnitude), float(scene.b.magnitude), *_positions(scene.a), *_positions(scene.b)]
     )
     (body_a, told_a), (body_b, told_b) = solids(scene.a, exponent), solids(scene.b, exponent)
-    frame = choose(exponent, body_a, body_b, _anchors(finding, exponent))
+    frame = choose(exponent, body_a, body_b, _anchors(finding, exponent), _gap(finding, exponent))
     a, b = shown("A", body_a, frame), shown("B", body_b, frame)
     ghosts = [
         shown("", solids(theirs, exponent)[0], frame)
@@ -103,7 +103,15 @@ def _proof_scene(finding: Finding) -> Scene | None:
     if other is None:
         return scene
     known = any(_same(ours, theirs) for ours in (scene.a, scene.b) for theirs in (other.a, other.b))
-    return other if known or (type(other.a), type(other.b)) == (type(scene.a), type(scene.b)) else None
+    formed = (type(other.a), type(other.b)) == (type(scene.a), type(scene.b))
+    return other if known or formed or _is_witness(other.a, finding.answer) else None
+
+
+def _is_witness(shape: Proxy, answer: object) -> bool:
+    """Whether a shape is one of the points that the engine named."""
+    said = _texts_only(answer)
+    named = [marks.vector(said.get(name)) for name in ("on_a", "on_b", "point")]
+    return isinstance(shape, Point) and tuple(shape.position.tolist()) in named
 
 
 def _same(one: Proxy, other: Proxy) -> bool:
@@ -153,18 +161,23 @@ def _texts_only(answer: object) -> Mapping[str, object]:
     return {k: v for k, v in answer.items() if isinstance(k, str)} if isinstance(answer, Mapping) else {}
 
 
+def _gap(finding: Finding, exponent: int = 0) -> float:
+    """Proven gap or depth of the scene, scaled; NaN where the proof is about something else, or has no end."""
+    scene, verdict = finding.scene, finding.verdict
+    if scene.motion is not None or isinstance(scene.a, Ray):
+        return math.nan
+    if verdict.proof_scene is not None and verdict.proof_scene.id != scene.id:
+        return math.nan
+    found = max(float(verdict.lower), -float(verdict.upper))
+    return float(np.ldexp(found, -exponent)) if math.isfinite(found) else math.nan
+
+
 def _on_scale(finding: Finding, frame: Frame) -> list[str]:
     """What is too small or too large to be seen."""
-    notes, verdict = [], finding.verdict
-    if frame.focused:
-        notes.append("The picture shows the surroundings of the smaller of the two")
-    low, high = float(verdict.lower), float(verdict.upper)
-    gap = max(low, -high)
-    about_scene = verdict.proof_scene is None or verdict.proof_scene.id == finding.scene.id
-    if about_scene and finding.scene.motion is None and math.isfinite(gap) and gap != 0:
-        seen, what = frame.length(gap), "gap" if low > 0 else "overlap"
-        if 0 < seen < PIXEL and type(finding.scene.a).__name__ != "Ray":
-            notes.append(f"The {what} of {text.short(gap)} is {seen:.1g} of the picture's radius: too small to be seen")
+    notes = ["The picture shows the surroundings of the smaller of the two"] if frame.focused else []
+    gap, what = _gap(finding), "gap" if finding.verdict.lower > 0 else "overlap"
+    if 0 < (seen := frame.length(gap)) < PIXEL:
+        notes.append(f"The {what} of {text.short(gap)} is {seen:.1g} of the picture's radius: too small to be seen")
     return notes
 
 
