@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from dataclasses import replace
 from hashlib import sha256
-from itertools import groupby, islice
+from itertools import groupby
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -16,7 +15,7 @@ from reports import cells, ledger, overview, tables, text, viewer
 from reports.accuracy import NOTE, accuracy
 from reports.content import TITLE, WORDS, content
 from reports.plots import plots
-from reports.tables import LEGEND, Entry, Table
+from reports.tables import LEGEND, Table
 
 MOST_NEW = 12
 """New findings that the overview names; the rest is behind a link."""
@@ -57,19 +56,6 @@ def column_groups(table: Table) -> list[tuple[str, int]]:
     return groups if any(name for name, _ in groups) else []
 
 
-def sections(table: Table) -> list[tuple[str, list[tuple[Entry, ...]]]]:
-    """Rows below their headings, the heading left out of their own; one section without heading, where there is none.
-
-    A row "Sphere–Box" below the heading "Sphere" is "Box": narrow enough for a phone.
-    """
-    rows, found = iter(table.rows), []
-    for heading, count in table.sections or (("", len(table.rows)),):
-        below = list(islice(rows, count))
-        names = (replace(row[0], text=row[0].text.removeprefix(f"{heading}–")) for row in below)
-        found.append((heading, [(name, *row[1:]) for name, row in zip(names, below, strict=True)]))
-    return found
-
-
 def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("reports", "templates"),
@@ -78,7 +64,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals |= {"column_groups": column_groups, "sections": sections}
+    environment.globals |= {"column_groups": column_groups}
     environment.filters |= {
         "count": text.count,
         "visible": text.visible,

@@ -11,10 +11,13 @@ from typing import Any
 
 import pytest
 
+from oracles.accuracy import Accuracy
 from oracles.outcome import Run, State
 from reports import cells, findings, html
+from reports.plots import plots
 from tests.browser import Visit, chromium, visit
 from tests.sample_run import sample_run, spread
+from tests.test_accuracy_report import ACCURACY
 from tests.test_report_hostile import BIDI, NASTY, hostile_run
 
 Open = Callable[..., AbstractContextManager[Visit]]
@@ -30,7 +33,14 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    return sample_run()
+    found, names = sample_run(), {"one": "fcl", "two": "bullet"}
+    found.accuracy = Accuracy(
+        *(
+            tuple(dataclasses.replace(item, engine=names[item.engine]) for item in items)
+            for items in (ACCURACY.errors, ACCURACY.points, ACCURACY.speeds)
+        )
+    )
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +84,7 @@ def test_opens_from_disk_and_says_what_ran(opened: Open, run: Run) -> None:
         assert page.locator(".verdict").inner_text() == findings.headline(run)
         assert page.locator("#shown").inner_text() == f"{2 * len(cells.rows(run))} cells, {len(run.buckets)} findings"
         assert page.locator("#unsettled .tag").all_inner_texts() == ["NEW"] * 9 + ["STALE", "CHANGED"]
+        assert page.locator("#accuracy svg.plot:visible").count() == len(plots(run)) == 3
         assert page.evaluate("performance.getEntriesByType('resource').length") == 0
 
 

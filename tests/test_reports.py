@@ -11,6 +11,7 @@ from typing import get_args
 import pytest
 
 import refimpl
+from oracles.accuracy import Accuracy, Errors, Spread
 from oracles.outcome import COMPARED, FINDINGS, Kind, Related, Run, State, SupportNote, Verdict
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, cells
 from refimpl import Composite, ConvexPolyhedron
@@ -88,6 +89,15 @@ def test_page_has_every_cell_with_what_the_filters_ask_for(run: Run) -> None:
     assert {key for key, cell in shown.items() if "stale" in cell.flags} == {("fcl", DISTANCE, "Box–Box")}
     assert {(row.query, row.pair) for row in rows if row.differ} >= {(BOOLEAN, "Sphere–Capsule")}
     assert not any(row.differ for row in rows if row.query == RAYCAST)
+
+
+def test_cells_without_findings_have_the_largest_error_that_was_measured() -> None:
+    run = Run(0, 1.0, "", engines=["e"], support={("e", DISTANCE, "Box–Box"): SupportNote("native", "")})
+    run.counts["e", DISTANCE, "Box–Box", "generic", Kind.AGREES] = 5
+    spread = Spread(0.0, 1e-9, 2e-9)
+    run.accuracy = Accuracy((Errors("e", DISTANCE, "Box–Box", "", 5, 5, 0, 0, spread, spread),))
+    ((cell,),) = (row.cells for row in cells_of_page.rows(run))
+    assert (cell.mark, cell.worst, cell.worst_text) == ("✓", 2e-9, "2e-09")
 
 
 def test_engines_whose_names_have_the_same_letters_have_addresses_of_their_own() -> None:
