@@ -24,6 +24,9 @@ SHOWS = (
 )
 """What the page can be asked to show alone."""
 
+RARE = 0.01
+"""Findings below this share of all answers are rare."""
+
 SPOKEN = {
     "ok": "agrees",
     "convention": "right by convention",
@@ -131,6 +134,16 @@ def rows(run: Run) -> tuple[Row, ...]:
         found.append(Row(cell.pair, cell.query, tuple(views), "" if cell.pair in seen else f"pair-{slug(cell.pair)}"))
         seen.add(cell.pair)
     return tuple(found)
+
+
+def rare(run: Run) -> set[tuple[str, str]]:
+    """Engine and pair where findings are rare among all answers to any query."""
+    counts = grouped(run, "engine", "pair")
+    return {
+        (text.visible(engine), pair)
+        for (engine, pair), verdicts in counts.items()
+        if total(verdicts, FINDINGS) < RARE * total(verdicts, COMPARED)
+    }
 
 
 def _worst(its: list[Bucket], measured: float | None) -> float | None:

@@ -37,6 +37,7 @@ def render(run: Run) -> str:
         most_new=MOST_NEW,
         rows=rows,
         places=cells.places(run, rows),
+        rare=cells.rare(run),
         figures={bucket.id: viewer.figure(bucket) for bucket in run.buckets},
         accuracy=accuracy(run),
         accuracy_note=NOTE,

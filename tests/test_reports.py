@@ -100,6 +100,16 @@ def test_cells_without_findings_have_the_largest_error_that_was_measured() -> No
     assert (cell.mark, cell.worst, cell.worst_text) == ("✓", 2e-9, "2e-09")
 
 
+def test_findings_are_rare_below_a_hundredth_of_all_answers_to_a_pair() -> None:
+    run = Run(0, 1.0, "", engines=["e"])
+    run.counts["e", DISTANCE, "Box–Box", "generic", Kind.AGREES] = 500
+    run.counts["e", BOOLEAN, "Box–Box", "generic", Kind.AGREES] = 490
+    run.counts["e", BOOLEAN, "Box–Box", "deep", Kind.WRONG] = 9
+    assert cells_of_page.rare(run) == {("e", "Box–Box")}
+    run.counts["e", BOOLEAN, "Box–Box", "deep", Kind.CRASHED] = 2
+    assert cells_of_page.rare(run) == set()
+
+
 def test_engines_whose_names_have_the_same_letters_have_addresses_of_their_own() -> None:
     assert cells_of_page.slugs(["a b", "a-b", "", "Ω"]) == {"a b": "a-b", "a-b": "a-b-1", "": "engine", "Ω": "engine-3"}
 
