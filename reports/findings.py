@@ -134,7 +134,7 @@ def _view(number: int, bucket: Bucket, known: History | None) -> BucketView:
         answers=_answers(finding),
         error=text.block(finding.text) if finding.text else "",
         about=proxies(_proven_on(finding)) if _proven_on(finding) is not finding.scene else (),
-        proof=_proof(finding, number),
+        proof=_proof(finding),
         file=repro_file(number, bucket),
         repro=_script(bucket),
     )
@@ -248,13 +248,13 @@ def value(name: str, said: object) -> str:
     return text.full(said)
 
 
-def _proof(finding: Finding, number: int) -> Proof | None:
+def _proof(finding: Finding) -> Proof | None:
     certificate = finding.verdict.certificate
     if certificate is None:
         return None
     verdict = finding.verdict
     about = verdict if isinstance(certificate, ImpactCertificate) else certificate
-    return proof_view(certificate, interval(_proven_on(finding), about.lower, about.upper), number)
+    return proof_view(certificate, interval(_proven_on(finding), about.lower, about.upper))
 
 
 def index(views: list[BucketView]) -> Table:

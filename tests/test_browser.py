@@ -192,6 +192,20 @@ def test_link_to_a_cell_keeps_the_filter(opened: Open, run: Run) -> None:
         assert "engine=fcl" in its.page.url
 
 
+def test_address_that_means_nothing_shows_everything(opened: Open, run: Run) -> None:
+    with opened("?engine=%3Cscript%3E&type=&show=nothing&sort=-x-9&order=y&more=z#%") as its:
+        assert shown_findings(its.page) == numbers(run, lambda bucket: True)
+        assert shown_rows(its.page) == [(row.pair, row.query) for row in cells.rows(run)]
+
+
+def test_run_that_asked_nothing_opens(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "index.html"
+    path.write_text(html.render(Run(0, 1.0, "", interrupted=True)), "utf-8")
+    with visit(browser, path.as_uri() + "?engine=x") as its:
+        assert "interrupted" in its.page.locator(".warnings").inner_text()
+        assert its.page.locator("#shown").inner_text() == "0 cells, 0 findings"
+
+
 def test_overview_leads_to_all_that_is_new(browser: Any, run: Run, tmp_path: Path) -> None:
     many = dataclasses.replace(run, buckets=[*run.buckets, *spread(run, 20)])
     path = tmp_path / "index.html"
