@@ -18,6 +18,7 @@ from refimpl import Composite, ConvexPolyhedron
 from refimpl.proof import Certificate, claims
 from reports import cells as cells_of_page
 from reports import findings, html, markdown, matrix, proofs, shapes, summary, tables, text
+from reports.content import what_ran
 from tests.sample_run import A_BOX, BALL, STONE, WEDGE, Page, sample_run
 
 
@@ -199,6 +200,13 @@ def test_headline_of_a_wrong_reference_says_nothing_else() -> None:
     run = sample_run()
     run.buckets[0].witness = dataclasses.replace(run.buckets[0].witness, verdict=Verdict(Kind.REFERENCE_WRONG))
     assert findings.headline(run).startswith("The reference itself was proven wrong")
+
+
+def test_time_is_held_against_what_was_asked_for() -> None:
+    run = Run(0, 60.0, "", seconds=100.0)
+    assert dict(what_ran(run))["time"] == f"100{text.THIN}s of a budget of 60{text.THIN}s"
+    run.passes = 2
+    assert dict(what_ran(run))["time"] == f"100{text.THIN}s for 2 passes over all cells"
 
 
 VECTOR = (1.0, 0.0, Fraction(1, 3))
