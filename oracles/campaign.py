@@ -276,6 +276,7 @@ def run_campaign(
         shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models))
         wanted = opening.wanted_pairs(pairs)
         run = opening.run_of(shop, wanted, budget)
+        run.passes = passes
         if not isinstance(executor, Here):
             shop.rest()
         known = (ledger if ledger is not None else Ledger.load()).at(run.engine_versions)

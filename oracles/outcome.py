@@ -330,6 +330,8 @@ class Run:
     timing: dict[str, float] = field(default_factory=dict)
     """Seconds spent on scenes, each engine, the reference, judge, proofs, hunts, store: of all workers together."""
     accuracy: Accuracy = field(default_factory=Accuracy)
+    passes: int | None = None
+    """So many passes over all cells were asked for, in place of the budget."""
     interrupted: bool = False
     digest: str = ""
     """Of every answer, to the bit: the same for the same work, whatever has done it."""

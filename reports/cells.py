@@ -24,6 +24,9 @@ SHOWS = (
 )
 """What the page can be asked to show alone."""
 
+RARE = 0.01
+"""Findings below this share of all answers are rare."""
+
 SPOKEN = {
     "ok": "agrees",
     "convention": "right by convention",
@@ -48,7 +51,7 @@ class CellView:
     compared
         How many answers; None where there are none.
     worst
-        Largest proven error of its findings, a length or of impacts a velocity; None where nothing is wrong.
+        Largest error, a length or of impacts a velocity; None where none was measured.
     flags
         What of `SHOWS` holds for it.
     link
@@ -70,7 +73,8 @@ class CellView:
         """The largest error, as people read it."""
         if self.worst is None:
             return ""
-        return "not a number" if math.isinf(self.worst) else f"≥{text.THIN}{text.short(self.worst)}"
+        at_least = f"≥{text.THIN}" if WRONG in self.flags else ""
+        return "not a number" if math.isinf(self.worst) else f"{at_least}{text.short(self.worst)}"
 
 
 @dataclass(frozen=True)
@@ -112,6 +116,9 @@ def rows(run: Run) -> tuple[Row, ...]:
         buckets.setdefault((bucket.engine, bucket.query, bucket.pair), []).append(bucket)
     stale = {(note.engine, *cell) for note in run.ledger for cell in note.cells}
     known = {key[1:] for key in (*run.support, *counts)}
+    measured = {
+        errors.cell: errors.absolute.worst for errors in run.accuracy.errors if errors.absolute and not errors.regime
+    }
     found: list[Row] = []
     seen: set[str] = set()
     for cell in cells():
@@ -121,10 +128,28 @@ def rows(run: Run) -> tuple[Row, ...]:
         for engine in engines(run):
             key = (engine, cell.query, cell.pair)
             address = f"c-{names[engine]}-{cell.query}-{slug(cell.pair)}"
-            views.append(_view(run, key, address, counts.get(key, Counter()), buckets.get(key, []), key in stale))
+            its = buckets.get(key, [])
+            worst = _worst(its, measured.get(key))
+            views.append(_view(run, key, address, counts.get(key, Counter()), its, worst, key in stale))
         found.append(Row(cell.pair, cell.query, tuple(views), "" if cell.pair in seen else f"pair-{slug(cell.pair)}"))
         seen.add(cell.pair)
     return tuple(found)
+
+
+def rare(run: Run) -> set[tuple[str, str]]:
+    """Engine and pair where findings are rare among all answers to any query."""
+    counts = grouped(run, "engine", "pair")
+    return {
+        (text.visible(engine), pair)
+        for (engine, pair), verdicts in counts.items()
+        if total(verdicts, FINDINGS) < RARE * total(verdicts, COMPARED)
+    }
+
+
+def _worst(its: list[Bucket], measured: float | None) -> float | None:
+    """The largest error of a cell: of its findings, or of all answers, where their errors were measured."""
+    known = [bucket.worst for bucket in its if bucket.worst > 0]
+    return max([*known, measured] if measured is not None else known, default=None)
 
 
 def places(run: Run, rows: tuple[Row, ...]) -> dict[CellKey, str]:
@@ -141,7 +166,9 @@ def _mark(state: str, verdicts: Counter[Kind]) -> str:
     return f"{sign}{text.THIN}{text.count(about)}" if about else sign
 
 
-def _view(run: Run, key: CellKey, address: str, verdicts: Counter[Kind], its: list[Bucket], stale: bool) -> CellView:
+def _view(
+    run: Run, key: CellKey, address: str, verdicts: Counter[Kind], its: list[Bucket], worst: float | None, stale: bool
+) -> CellView:
     entry = matrix_entry(run, key, verdicts, {})
     holds = {
         NEW: any(bucket.state is State.NEW for bucket in its),
@@ -156,7 +183,7 @@ def _view(run: Run, key: CellKey, address: str, verdicts: Counter[Kind], its: li
         state=entry.state,
         rank=RANKS.index(entry.state),
         compared=total(verdicts, COMPARED) or None,
-        worst=max((bucket.worst for bucket in its if bucket.worst > 0), default=None),
+        worst=worst,
         flags=tuple(flag for flag, holding in holds.items() if holding),
         link=f"b-{its[0].id}" if its else "",
     )

@@ -118,7 +118,7 @@ def _proven(verdict: Verdict, scene: Scene) -> Proof:
 
     assert verdict.certificate is not None
     lower, upper = proven_interval(verdict.certificate, scene, verdict.symptom)
-    return proof_view(verdict.certificate, interval(scene, round_down(lower), round_up(upper)), 1)
+    return proof_view(verdict.certificate, interval(scene, round_down(lower), round_up(upper)))
 
 
 def _tell_one(found: Checked, shown: Console) -> int:

@@ -122,6 +122,13 @@ def _models(run: Run) -> str:
     return "; ".join([*said, f"and {text.count(more)} more: report.json has them all"] if more > 0 else said) or "none"
 
 
+def _asked(run: Run) -> str:
+    """How much work was asked for."""
+    if run.passes is None:
+        return f"of a budget of {text.seconds(run.budget)}"
+    return f"for {text.plural(run.passes, 'pass', 'passes')} over all cells"
+
+
 def what_ran(run: Run) -> list[tuple[str, str]]:
     """Seed, budget, versions and counts, as labels and texts."""
     verdicts, audited = tables.grouped(run).get((), Counter()), tables.audit(run)
@@ -136,7 +143,7 @@ def what_ran(run: Run) -> list[tuple[str, str]]:
         ("versions", versions),
         ("models", _models(run)),
         ("started", text.visible(run.started)),
-        ("time", f"{text.seconds(run.seconds)} of a budget of {text.seconds(run.budget)}"),
+        ("time", f"{text.seconds(run.seconds)} {_asked(run)}"),
         ("seed", str(run.seed)),
         ("digest of every answer", run.digest or "none"),
         *([("from an earlier record", text.plural(run.recalled, "task"))] if run.recalled else []),

@@ -24,6 +24,8 @@ from reports.tables import CellKey, Column, Entry, Table, engines, grouped, tota
 
 NAME_LENGTH = 80
 MOST_WARNINGS = 12
+KINDER = "On the shapes that "
+"""With this begins what the judge adds on the shapes that an engine effectively uses."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,7 @@ def _view(number: int, bucket: Bucket, known: History | None) -> BucketView:
         answers=_answers(finding),
         error=text.block(finding.text) if finding.text else "",
         about=proxies(_proven_on(finding)) if _proven_on(finding) is not finding.scene else (),
-        proof=_proof(finding, number),
+        proof=_proof(finding),
         file=repro_file(number, bucket),
         repro=_script(bucket),
     )
@@ -152,11 +154,12 @@ def _script(bucket: Bucket) -> str:
 
 def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:
     finding, verdict, scene = bucket.witness, bucket.witness.verdict, bucket.witness.scene
-    if verdict.claim:
-        yield "the judge's words", text.visible(verdict.claim, limit=1000)
     yield "severity", text.visible(verdict.severity.value if verdict.severity else verdict.kind.value)
     if _has_amount(verdict):
         yield "proven wrong by at least", text.number(verdict.amount)
+    _, kinder, more = verdict.claim.partition(KINDER)
+    if kinder:
+        yield "at its best", text.visible(f"{kinder}{more}", limit=1000)
     about = _proven_on(finding)
     named = (
         ""
@@ -245,13 +248,13 @@ def value(name: str, said: object) -> str:
     return text.full(said)
 
 
-def _proof(finding: Finding, number: int) -> Proof | None:
+def _proof(finding: Finding) -> Proof | None:
     certificate = finding.verdict.certificate
     if certificate is None:
         return None
     verdict = finding.verdict
     about = verdict if isinstance(certificate, ImpactCertificate) else certificate
-    return proof_view(certificate, interval(_proven_on(finding), about.lower, about.upper), number)
+    return proof_view(certificate, interval(_proven_on(finding), about.lower, about.upper))
 
 
 def index(views: list[BucketView]) -> Table:

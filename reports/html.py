@@ -4,26 +4,29 @@ from __future__ import annotations
 
 from base64 import b64encode
 from hashlib import sha256
+from itertools import groupby
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oracles.outcome import Run
 from oracles.scene import QUERIES
 from refimpl.pairs import PROBES, SOLIDS
-from reports import cells, ledger, overview, tables, text
+from reports import cells, ledger, overview, tables, text, viewer
+from reports.accuracy import NOTE, accuracy
 from reports.content import TITLE, WORDS, content
-from reports.tables import LEGEND
+from reports.plots import plots
+from reports.tables import LEGEND, Table
 
 MOST_NEW = 12
 """New findings that the overview names; the rest is behind a link."""
 
 
 def render(run: Run) -> str:
-    """Return the report as HTML. Everything is escaped by the template engine but our own style and script."""
+    """Return the report as HTML. The template engine escapes everything but our own style, script and pictures."""
     environment = _environment()
+    named = [text.visible(engine) for engine in tables.engines(run)]
     rows = cells.rows(run)
-    template = environment.get_template("report.html.jinja")
-    return template.render(
+    return environment.get_template("report.html.jinja").render(
         report=content(run),
         title=TITLE,
         words=WORDS,
@@ -34,12 +37,17 @@ def render(run: Run) -> str:
         most_new=MOST_NEW,
         rows=rows,
         places=cells.places(run, rows),
-        engines=[text.visible(engine) for engine in tables.engines(run)],
+        rare=cells.rare(run),
+        figures={bucket.id: viewer.figure(bucket) for bucket in run.buckets},
+        accuracy=accuracy(run),
+        accuracy_note=NOTE,
+        plots=plots(run),
+        engines=named,
         types=[kind.__name__ for kind in (*PROBES, *SOLIDS)],
         queries=QUERIES,
         shows=cells.SHOWS,
-        style=_style(environment, len(tables.engines(run))),
-        script=_own(environment, "report.js"),
+        style=_style(environment, len(named)),
+        script=_own(environment, "report.js") + viewer.script(),
     )
 
 
@@ -47,6 +55,12 @@ def page(template: str, **values: object) -> str:
     """Return another page in the report's style, without a script."""
     environment = _environment()
     return environment.get_template(template).render(**values, style=_style(environment, 0))
+
+
+def column_groups(table: Table) -> list[tuple[str, int]]:
+    """Headings above the headings: name and width of each run of columns that share one; empty without any."""
+    groups = [(name, len(list(columns))) for name, columns in groupby(table.columns, key=lambda column: column.group)]
+    return groups if any(name for name, _ in groups) else []
 
 
 def _environment() -> Environment:
@@ -57,6 +71,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals |= {"column_groups": column_groups}
     environment.filters |= {
         "count": text.count,
         "visible": text.visible,
@@ -75,7 +90,7 @@ def digest(code: str) -> str:
 def _style(environment: Environment, engines: int) -> str:
     """Return the style sheet, with a rule for each engine that may be the only one that is shown."""
     only = (f".only-{i} .e:not(.e{i}) {{ display: none; }}\n" for i in range(engines))
-    return _own(environment, "report.css") + "".join(only)
+    return _own(environment, "report.css") + "".join(only) + viewer.style()
 
 
 def _own(environment: Environment, name: str) -> str:

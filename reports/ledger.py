@@ -23,7 +23,7 @@ COLOURS = {State.NEW: "wrong", State.CHANGED: "problem", State.STALE: "problem",
 ADDRESS = re.compile(r"https?://[A-Za-z0-9][\w.~/#?=&%+:@-]{3,300}", re.ASCII)
 """What is taken for a link."""
 
-FIRST_SENTENCE = re.compile(r".{40,400}?[.:](?=\s)|.{1,400}", re.DOTALL)
+FIRST_SENTENCE = re.compile(r".{40,400}?[.](?=\s)|.{1,400}", re.DOTALL)
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,13 @@ from typing import Any
 
 import pytest
 
+from oracles.accuracy import Accuracy
 from oracles.outcome import Run, State
 from reports import cells, findings, html
+from reports.plots import plots
 from tests.browser import Visit, chromium, visit
 from tests.sample_run import sample_run, spread
+from tests.test_accuracy_report import ACCURACY
 from tests.test_report_hostile import BIDI, NASTY, hostile_run
 
 Open = Callable[..., AbstractContextManager[Visit]]
@@ -30,7 +33,14 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    return sample_run()
+    found, names = sample_run(), {"one": "fcl", "two": "bullet"}
+    found.accuracy = Accuracy(
+        *(
+            tuple(dataclasses.replace(item, engine=names[item.engine]) for item in items)
+            for items in (ACCURACY.errors, ACCURACY.points, ACCURACY.speeds)
+        )
+    )
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +84,7 @@ def test_opens_from_disk_and_says_what_ran(opened: Open, run: Run) -> None:
         assert page.locator(".verdict").inner_text() == findings.headline(run)
         assert page.locator("#shown").inner_text() == f"{2 * len(cells.rows(run))} cells, {len(run.buckets)} findings"
         assert page.locator("#unsettled .tag").all_inner_texts() == ["NEW"] * 9 + ["STALE", "CHANGED"]
+        assert page.locator("#accuracy svg.plot:visible").count() == len(plots(run)) == 3
         assert page.evaluate("performance.getEntriesByType('resource').length") == 0
 
 
@@ -181,6 +192,20 @@ def test_link_to_a_cell_keeps_the_filter(opened: Open, run: Run) -> None:
         assert "engine=fcl" in its.page.url
 
 
+def test_address_that_means_nothing_shows_everything(opened: Open, run: Run) -> None:
+    with opened("?engine=%3Cscript%3E&type=&show=nothing&sort=-x-9&order=y&more=z#%") as its:
+        assert shown_findings(its.page) == numbers(run, lambda bucket: True)
+        assert shown_rows(its.page) == [(row.pair, row.query) for row in cells.rows(run)]
+
+
+def test_run_that_asked_nothing_opens(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "index.html"
+    path.write_text(html.render(Run(0, 1.0, "", interrupted=True)), "utf-8")
+    with visit(browser, path.as_uri() + "?engine=x") as its:
+        assert "interrupted" in its.page.locator(".warnings").inner_text()
+        assert its.page.locator("#shown").inner_text() == "0 cells, 0 findings"
+
+
 def test_overview_leads_to_all_that_is_new(browser: Any, run: Run, tmp_path: Path) -> None:
     many = dataclasses.replace(run, buckets=[*run.buckets, *spread(run, 20)])
     path = tmp_path / "index.html"
@@ -225,7 +250,7 @@ def test_everything_has_a_name_for_screen_readers(opened: Open) -> None:
         page = its.page
         page.evaluate("document.querySelectorAll('details').forEach((box) => { box.open = true; })")
         assert page.evaluate(NAMELESS) == []
-        for role, least in (("combobox", 5), ("searchbox", 1), ("table", 12), ("region", 10), ("navigation", 1)):
+        for role, least in (("combobox", 5), ("searchbox", 1), ("table", 12), ("region", 8), ("navigation", 1)):
             assert page.get_by_role(role, name=re.compile("[a-z]")).count() >= least, role
         assert page.locator("#shown").get_attribute("aria-live") == "polite"
         assert page.locator("td.wrong a", has_text="✗").first.text_content().strip().startswith("✗")

@@ -133,19 +133,7 @@ def test_hostile_words_leave_the_structure_of_the_page_alone() -> None:
     ids = nasty.values("id")
     assert len(ids) == len(tame.values("id"))
     assert all(re.fullmatch(r"[A-Za-z0-9-]+", name) for name in ids)
-    assert {link[:2] for link in nasty.values("href")} <= {
-        "#c",
-        "#b",
-        "#l",
-        "#p",
-        "#m",
-        "#o",
-        "#f",
-        "#r",
-        "#s",
-        "#w",
-        "re",
-    }
+    assert all(link.startswith(("#", "repro/", "report.", "issues/")) for link in nasty.values("href"))
     assert "<script>alert(1)</script>" in nasty.words
     assert "{{ 7 * 7 }}" in nasty.words
 

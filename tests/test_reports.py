@@ -11,12 +11,14 @@ from typing import get_args
 import pytest
 
 import refimpl
+from oracles.accuracy import Accuracy, Errors, Spread
 from oracles.outcome import COMPARED, FINDINGS, Kind, Related, Run, State, SupportNote, Verdict
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, cells
 from refimpl import Composite, ConvexPolyhedron
 from refimpl.proof import Certificate, claims
 from reports import cells as cells_of_page
 from reports import findings, html, markdown, matrix, proofs, shapes, summary, tables, text
+from reports.content import what_ran
 from tests.sample_run import A_BOX, BALL, STONE, WEDGE, Page, sample_run
 
 
@@ -88,6 +90,25 @@ def test_page_has_every_cell_with_what_the_filters_ask_for(run: Run) -> None:
     assert {key for key, cell in shown.items() if "stale" in cell.flags} == {("fcl", DISTANCE, "Box–Box")}
     assert {(row.query, row.pair) for row in rows if row.differ} >= {(BOOLEAN, "Sphere–Capsule")}
     assert not any(row.differ for row in rows if row.query == RAYCAST)
+
+
+def test_cells_without_findings_have_the_largest_error_that_was_measured() -> None:
+    run = Run(0, 1.0, "", engines=["e"], support={("e", DISTANCE, "Box–Box"): SupportNote("native", "")})
+    run.counts["e", DISTANCE, "Box–Box", "generic", Kind.AGREES] = 5
+    spread = Spread(0.0, 1e-9, 2e-9)
+    run.accuracy = Accuracy((Errors("e", DISTANCE, "Box–Box", "", 5, 5, 0, 0, spread, spread),))
+    ((cell,),) = (row.cells for row in cells_of_page.rows(run))
+    assert (cell.mark, cell.worst, cell.worst_text) == ("✓", 2e-9, "2e-09")
+
+
+def test_findings_are_rare_below_a_hundredth_of_all_answers_to_a_pair() -> None:
+    run = Run(0, 1.0, "", engines=["e"])
+    run.counts["e", DISTANCE, "Box–Box", "generic", Kind.AGREES] = 500
+    run.counts["e", BOOLEAN, "Box–Box", "generic", Kind.AGREES] = 490
+    run.counts["e", BOOLEAN, "Box–Box", "deep", Kind.WRONG] = 9
+    assert cells_of_page.rare(run) == {("e", "Box–Box")}
+    run.counts["e", BOOLEAN, "Box–Box", "deep", Kind.CRASHED] = 2
+    assert cells_of_page.rare(run) == set()
 
 
 def test_engines_whose_names_have_the_same_letters_have_addresses_of_their_own() -> None:
@@ -181,6 +202,13 @@ def test_headline_of_a_wrong_reference_says_nothing_else() -> None:
     assert findings.headline(run).startswith("The reference itself was proven wrong")
 
 
+def test_time_is_held_against_what_was_asked_for() -> None:
+    run = Run(0, 60.0, "", seconds=100.0)
+    assert dict(what_ran(run))["time"] == f"100{text.THIN}s of a budget of 60{text.THIN}s"
+    run.passes = 2
+    assert dict(what_ran(run))["time"] == f"100{text.THIN}s for 2 passes over all cells"
+
+
 VECTOR = (1.0, 0.0, Fraction(1, 3))
 WEIGHTS = ((7, 1.0), (2, Fraction(1, 3)))
 LEAF = claims.Separated(VECTOR)
@@ -224,13 +252,11 @@ def test_direction_of_long_numbers_is_told_rounded() -> None:
     assert "about (0.6, -0.8, 0)" in said
 
 
-def test_long_certificates_are_not_printed(run: Run) -> None:
+def test_long_certificates_are_told_by_their_first_claims() -> None:
     many = Certificate((claims.Cover(claims.Split(0, (0,), (LEAF, LEAF))),) * 200, 0.0, 1.0)
-    view = proofs.proof_view(many, "", 7)
-    assert not view.whole
+    view = proofs.proof_view(many, "")
     assert len(view.claims) == proofs.MOST_CLAIMS + 1
-    assert "bucket 7" in view.data
-    assert all(view.proof is None or view.proof.whole for view in findings.bucket_views(run))
+    assert "188 more claims" in view.claims[-1]
 
 
 # -- shapes --------------------------------------------------------------------------------------------------
@@ -286,7 +312,8 @@ def test_ids_are_unique_and_links_resolve(run: Run, page: Page) -> None:
     assert len(ids) == len(set(ids))
     links = page.values("href")
     assert {link[1:] for link in links if link.startswith("#")} <= set(ids)
-    files = {"report.md", "report.json", *(view.file for view in findings.bucket_views(run))}
+    views = findings.bucket_views(run)
+    files = {"report.md", "report.json", *(view.file for view in views), *(view.issue for view in views)}
     assert {link for link in links if not link.startswith(("#", "?show="))} == {*files, "https://example.org/1"}
     assert {f"b-{bucket.id}" for bucket in run.buckets} <= set(ids)
     assert set(page.values("aria-labelledby")) <= set(ids)
@@ -335,7 +362,7 @@ def test_every_bucket_is_told_in_full(run: Run, page: Page, notes: str, form: st
         for answer in (its.witness.answer, its.witness.reference):
             assert all(text.full(value) in said for name, value in answer.items() if name != "hit")
         if verdict.certificate is not None:
-            assert all(words in said for words in proofs.proof_view(verdict.certificate, "", view.number).claims)
+            assert all(words in said for words in proofs.proof_view(verdict.certificate, "").claims)
         assert form == "markdown" or f"python {view.file}" in said
 
 

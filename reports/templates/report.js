@@ -27,7 +27,7 @@
   function wanted() {
     const { engine, type, query, show, find, order } = form.elements;
     const index = engine.selectedOptions[0].dataset.index;
-    return { index, type: type.value, query: query.value, show: show.value, find: find.value.trim().toLowerCase(), order: order.value };
+    return { index, type: type.value, query: query.value, show: show.value, find: find.value.trim().toLowerCase(), order: order ? order.value : "" };
   }
 
   function cellsShown(row, want) {
@@ -86,22 +86,21 @@
     const [what, engine] = name.split("-");
     if (what === "query") return (row) => row.query;
     if (what === "pair" || !name) return (row) => row.place;
-    const column = 2 + 3 * engine + ["state", "compared", "worst"].indexOf(what);
     return (row) => {
-      const value = row.element.cells[column].dataset.v;
+      const value = row.cells[engine].dataset[what];
       return value === undefined ? undefined : +value;
     };
   }
 
   function sortRows() {
-    const down = sort.startsWith("-");
-    const name = down ? sort.slice(1) : sort;
     const heads = [...table.querySelectorAll("th[data-sort]")];
-    const known = heads.some((head) => head.dataset.sort === name);
+    if (!heads.some((head) => head.dataset.sort === sort.replace(/^-/, ""))) sort = "";
+    const down = sort.startsWith("-");
+    const name = sort.replace(/^-/, "");
     for (const head of heads) {
-      head.setAttribute("aria-sort", known && head.dataset.sort === name ? (down ? "descending" : "ascending") : "none");
+      head.setAttribute("aria-sort", head.dataset.sort === name ? (down ? "descending" : "ascending") : "none");
     }
-    arrange(rows, keyOfColumn(known ? name : ""), down ? -1 : 1);
+    arrange(rows, keyOfColumn(name), down ? -1 : 1);
   }
 
   function sortable(head) {
@@ -144,7 +143,7 @@
 
   /* Open the finding that the address names, and bring it into sight, even if the filter hides it. */
   function reveal() {
-    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const target = document.getElementById(location.hash.slice(1));
     if (!target) return;
     if (target.closest("[hidden]")) {
       form.reset();
