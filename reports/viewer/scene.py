@@ -176,6 +176,8 @@ def _on_scale(finding: Finding, frame: Frame) -> list[str]:
     """What is too small or too large to be seen."""
     notes = ["The picture shows the surroundings of the smaller of the two"] if frame.focused else []
     gap, what = _gap(finding), "gap" if finding.verdict.lower > 0 else "overlap"
+    if finding.related is not None:
+        notes.append(f"The other scene, by the relation “{text.visible(finding.related.relation, 60)}”, is not drawn")
     if 0 < (seen := frame.length(gap)) < PIXEL:
         notes.append(f"The {what} of {text.short(gap)} is {seen:.1g} of the picture's radius: too small to be seen")
     return notes
