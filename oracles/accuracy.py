@@ -52,6 +52,8 @@ class Errors:
         None where no answer has a value.
     proven_absolute, proven_relative
         The worst error that a certificate proves, of cells as a whole; None where none was tried, or needed.
+    worst_in
+        Regime of a cell's worst relative error; empty where there is no error at all.
     """
 
     engine: str
@@ -66,6 +68,7 @@ class Errors:
     relative: Spread | None
     proven_absolute: float | None = None
     proven_relative: float | None = None
+    worst_in: str = ""
 
     @property
     def cell(self) -> CellKey:

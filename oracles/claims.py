@@ -40,7 +40,7 @@ RAY_FALSE = "ray hits a shape that it misses"
 TILTED = "ray normal does not point outward"
 
 WRONG_BOOLEANS = (MISSED, FALSE, RAY_MISSED, RAY_FALSE)
-VALUE, WITNESS, BOOL = "value", "witness", "boolean"
+VALUE, WITNESS, BOOL, LENGTH = "value", "witness", "boolean", "length"
 FRAGILE = (Cylinder, KDOP)
 """Types that rounding a move may turn or bend: thin discs, slabs that nearly are parallel. The other shape is moved."""
 OTHER_DEPTHS = {Convention.DEPTH_OF_ITS_NORMAL, Convention.OF_ONE_TRIANGLE}
@@ -58,7 +58,8 @@ class Claim:
     margin
         By how much the shapes are grown beyond x and y: σ of the grown shapes is σ(x, y) − margin.
     kind
-        Which of the engine's tolerances applies: "value", "witness" or "boolean".
+        Which of the engine's tolerances applies: "value", "witness" or "boolean"; or "length", of a normal, for which
+        there is one that all engines share.
     cap
         No violation counts for more than this: a ray cannot be later than the way it has gone.
     rounding
@@ -115,7 +116,8 @@ ROUNDING = 2.0**-50
 """What rounding a sum of two vectors costs, relative to their largest coordinates, with room to spare."""
 
 UNIT_ERROR = 1e-6
-"""How far from 1 a normal's length may be: engines that keep normals in single precision are not wrong."""
+"""How far from 1 a normal's length may be, whatever the scene's size: engines that keep normals in single precision are
+not wrong."""
 
 PIECE = 1.01
 """An overlap said to be deeper than its deepest pair of pieces by no more than this factor may be meant to be that."""
@@ -289,8 +291,7 @@ class Questioned:
         """A normal has unit length, to single precision."""
         zero, origin = self._nothing, np.zeros((len(made), 3))
         tip, unit_ball = Point(np.where(made[:, None], self.answers.normal, 0.0)), Capsule(origin, origin, zero + 1.0)
-        bounds, words = (zero - UNIT_ERROR, zero + UNIT_ERROR), (BRIEF, LENGTHY)
-        return self._claim(tip, unit_ball, bounds, words, WITNESS, made, zero)
+        return self._claim(tip, unit_ball, (zero, zero), (BRIEF, LENGTHY), LENGTH, made, zero)
 
     def _contact_point_claims(self, finite: Bools) -> Iterator[Claim]:
         """A single contact point is no farther from either shape than the depth, as both witnesses are."""

@@ -88,7 +88,13 @@ class Measured:
         """Errors of each query, of its cells, and of each of their regimes, in the order of the pair table."""
         found = [_errors(row) for row in self._rows(BY_REGIME)]
         found.sort(key=_order)
-        return tuple(row if row.regime else _with_proof(row, proven) for row in found)
+        worst: dict[CellKey, tuple[float, str]] = {}
+        for row in found:
+            if row.regime and row.relative:
+                worst[row.cell] = max(worst.get(row.cell, (0.0, "")), (row.relative.worst, row.regime))
+        return tuple(
+            row if row.regime else _as_a_whole(row, worst.get(row.cell, (0.0, ""))[1], proven) for row in found
+        )
 
     def points(self) -> tuple[Point, ...]:
         """Errors against each axis."""
@@ -108,9 +114,11 @@ def _errors(row: tuple[Any, ...]) -> Errors:
     return Errors(*(*row[:8], absolute, relative))
 
 
-def _with_proof(row: Errors, proven: Mapping[ExtremeKey, float]) -> Errors:
+def _as_a_whole(row: Errors, worst_in: str, proven: Mapping[ExtremeKey, float]) -> Errors:
+    """A cell with the regime of its worst error, and what is proven of that."""
     return replace(
         row,
+        worst_in=worst_in if row.relative and row.relative.worst > 0 else "",
         proven_absolute=proven.get((*row.cell, ABSOLUTE)),
         proven_relative=proven.get((*row.cell, RELATIVE)),
     )

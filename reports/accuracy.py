@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from oracles.accuracy import Accuracy, CellKey, Errors, Speed
 from oracles.outcome import Run
@@ -69,7 +69,6 @@ def worst_cells(found: Accuracy, engine: str) -> Table:
     """The cells in which an engine errs most, the worst relative error first."""
     rows = sorted(_valued(found, engine), key=lambda row: -_worst(row, relative=True))[:MOST_WORST]
     columns = [Column("pair · query"), *(Column(rank, numeric=True) for rank in RANKS), Column("worst in"), *_COUNTS]
-    regimes = _by_cell(found)
     return Table(
         f"{text.visible(engine)}: the pairs with the largest errors relative to the scene's size",
         tuple(columns),
@@ -77,7 +76,7 @@ def worst_cells(found: Accuracy, engine: str) -> Table:
             (
                 Entry(f"{row.pair} · {row.query}"),
                 *_entries(row),
-                Entry(_worst_regime(regimes[row.cell])),
+                Entry(row.worst_in),
                 *_counted(row),
             )
             for row in rows
@@ -105,24 +104,14 @@ def by_pair(found: Accuracy, named: Sequence[str]) -> Table:
         "Errors of each pair and query: relative to the scene's size, and below as lengths",
         tuple(columns),
         tuple(rows),
-        _sections(pair for _, pair in asked),
     )
-
-
-def _sections(pairs: Iterable[str]) -> tuple[tuple[str, int], ...]:
-    """Headings for rows in the order of the pair table: the first type, and how many rows have it."""
-    found: dict[str, int] = {}
-    for pair in pairs:
-        first = pair.partition("–")[0]
-        found[first] = found.get(first, 0) + 1
-    return tuple(found.items())
 
 
 def _entries(row: Errors, regimes: Sequence[Errors] = ()) -> list[Entry]:
     """Median, 99th percentile and worst; how regimes differ is said on demand."""
     if row.absolute is None or row.relative is None:
         return [Entry("–")] * len(RANKS)
-    folded = _in_regimes(regimes)
+    folded = _in_regimes(row, regimes)
     return [
         Entry(_short(row.relative.median), _short(row.absolute.median), title=folded),
         Entry(_short(row.relative.p99), _short(row.absolute.p99)),
@@ -159,11 +148,7 @@ def _by_cell(found: Accuracy) -> Mapping[CellKey, list[Errors]]:
     return every
 
 
-def _worst_regime(regimes: Sequence[Errors]) -> str:
-    return max(regimes, key=lambda row: _worst(row, relative=True)).regime if regimes else ""
-
-
-def _in_regimes(regimes: Sequence[Errors]) -> str:
+def _in_regimes(cell: Errors, regimes: Sequence[Errors]) -> str:
     """How the medians of the regimes spread, in a sentence."""
     known = sorted((row.relative.median, row.regime) for row in regimes if row.relative)
     if not known:
@@ -172,7 +157,7 @@ def _in_regimes(regimes: Sequence[Errors]) -> str:
     spread = f"median in every regime {_short(most)}"
     if least < most:
         spread = f"medians from {_short(least)} to {_short(most)} (in {where})"
-    return f"{spread}; worst in {_worst_regime(regimes)}"
+    return f"{spread}; worst in {cell.worst_in}" if cell.worst_in else spread
 
 
 def _valued(found: Accuracy, engine: str) -> list[Errors]:
@@ -195,7 +180,7 @@ def speeds(found: Accuracy, named: Sequence[str]) -> Table:
         "Microseconds of processor time for an answer: what the engine and its adapter took in their own process, for "
         "a call from Python that makes both shapes anew; what guards them is left out"
     )
-    return Table(caption, tuple(columns), tuple(rows), (("", 1), *_sections(pairs)))
+    return Table(caption, tuple(columns), tuple(rows))
 
 
 def _any_of(known: Mapping[CellKey, Speed], engine: str, query: str) -> bool:

@@ -28,7 +28,7 @@ def accuracy_data(run: Run) -> dict[str, object]:
             **{name: getattr(row, name) for name in ERROR_FIELDS if name != "regime"},
             "absolute": row.absolute and dict(vars(row.absolute)),
             "relative": row.relative and dict(vars(row.relative)),
-            **{name: getattr(row, name) for name in PROVEN},
+            **{name: getattr(row, name) for name in (*PROVEN, "worst_in")},
         }
         for row in found.errors
         if not row.regime
@@ -71,7 +71,9 @@ def _errors_from(row: Any) -> Errors:
     absolute, relative = (None if row[name] is None else _spread_from(row[name]) for name in ("absolute", "relative"))
     by_length, by_size = (None if row[name] is None else float(row[name]) for name in PROVEN)
     counts = answers, valued, by_convention, lost
-    return Errors(engine, query, pair, "", *counts, absolute, relative, by_length, by_size)
+    return Errors(
+        engine, query, pair, "", *counts, absolute, relative, by_length, by_size, text.visible(row["worst_in"])
+    )
 
 
 def _spread_from(row: Any) -> Spread:

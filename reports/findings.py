@@ -87,7 +87,7 @@ class BucketView:
     @property
     def picture(self) -> str:
         """Path of the picture within the report's folder."""
-        return f"pictures/{self.number:03d}.svg"
+        return f"pictures/{PurePosixPath(self.file).stem}.svg"
 
 
 def bucket_views(run: Run) -> list[BucketView]:
@@ -128,10 +128,10 @@ def _view(number: int, bucket: Bucket, known: History | None) -> BucketView:
         state=bucket.state.value,
         history=known,
         facts=tuple(_facts(bucket)),
-        scene=(*_proxies(finding.scene), *related_facts(finding)),
+        scene=(*proxies(finding.scene), *related_facts(finding)),
         answers=_answers(finding),
         error=text.block(finding.text) if finding.text else "",
-        about=_proxies(_proven_on(finding)) if _proven_on(finding) is not finding.scene else (),
+        about=proxies(_proven_on(finding)) if _proven_on(finding) is not finding.scene else (),
         proof=_proof(finding, number),
         file=repro_file(number, bucket),
         repro=_script(bucket),
@@ -143,7 +143,7 @@ def _script(bucket: Bucket) -> str:
     if not bucket.repro:
         return ""
     finding = bucket.witness
-    lines = [bucket.key, *(f"{label} = {words}" for label, words in _proxies(finding.scene)[:2])]
+    lines = [bucket.key, *(f"{label} = {words}" for label, words in proxies(finding.scene)[:2])]
     lines.append(finding.verdict.claim or fact(finding))
     if finding.verdict.kind is Kind.TIMED_OUT:
         lines.append("This script does not return: the engine has no time limit of its own.")
@@ -209,7 +209,8 @@ def interval(scene: Scene, lower: Bound, upper: Bound) -> str:
     return f"{text.number(lower)} ≤ {symbol} ≤ {text.number(upper)} ({name}; width {text.short(upper - lower)})"
 
 
-def _proxies(scene: Scene) -> tuple[tuple[str, str], ...]:
+def proxies(scene: Scene) -> tuple[tuple[str, str], ...]:
+    """Both proxies of a scene, and of an impact how they move."""
     found = ("A", shapes.in_words(scene.a)), ("B", shapes.in_words(scene.b))
     return found if scene.motion is None else (*found, *motion_in_words(scene.motion))
 

@@ -56,6 +56,7 @@ def _environment() -> Environment:
         "visible": text.visible,
         "sha256": digest,
         "ledger_anchor": ledger.anchor,
+        "is_address": ledger.is_address,
     }
     return environment
 

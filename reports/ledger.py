@@ -21,7 +21,7 @@ COLOURS = {State.NEW: "wrong", State.CHANGED: "problem", State.STALE: "problem",
 """States of the matrix whose colours these share."""
 
 ADDRESS = re.compile(r"https?://[A-Za-z0-9][\w.~/#?=&%+:@-]{3,300}", re.ASCII)
-"""What is taken for a link: nothing else that an entry holds is."""
+"""What is taken for a link."""
 
 FIRST_SENTENCE = re.compile(r".{40,400}?[.:](?=\s)|.{1,400}", re.DOTALL)
 
@@ -39,7 +39,7 @@ class History:
     since
         When it was first recorded, and in which versions it is.
     upstream
-        Reports of it, each with whether it is an address that may be followed.
+        Reports of it.
     """
 
     entry: str
@@ -47,7 +47,7 @@ class History:
     state: str
     cause: str
     since: str
-    upstream: tuple[tuple[str, bool], ...]
+    upstream: tuple[str, ...]
 
 
 def history(note: EntryNote) -> History:
@@ -61,8 +61,13 @@ def history(note: EntryNote) -> History:
         note.state.value,
         text.visible(first[0] if first else ""),
         text.visible("; ".join(since)),
-        tuple((text.visible(link), bool(ADDRESS.fullmatch(link))) for link in note.upstream),
+        tuple(map(text.visible, note.upstream)),
     )
+
+
+def is_address(words: str) -> bool:
+    """Whether foreign words are an address that a reader may follow, and nothing else."""
+    return ADDRESS.fullmatch(words) is not None
 
 
 def anchor(note: EntryNote) -> str:

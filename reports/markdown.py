@@ -6,13 +6,14 @@ It is cut to what a reader can show, what is new first; it says what it leaves o
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from html import escape as html_escape
 
 from oracles.ledger.states import UNSETTLED
 from oracles.outcome import Run, State
 from reports import text
+from reports.accuracy import NOTE, accuracy
 from reports.content import TITLE, WORDS, Content, content
 from reports.cutting import Part, fitting, put_together
 from reports.findings import BucketView
@@ -51,12 +52,12 @@ def render(run: Run, limit: int = LIMIT, *, pictures: bool = False) -> str:
     pictures
         Whether the pictures lie beside it.
     """
-    return written(content(run), limit, pictures=pictures)
+    return written(content(run), limit, accuracy(run), pictures=pictures)
 
 
-def written(report: Content, limit: int = LIMIT, *, pictures: bool = False) -> str:
-    """Return what a report says as Markdown (see `render`)."""
-    parts = list(_parts(report, pictures=pictures))
+def written(report: Content, limit: int, errors: Sequence[Table] = (), *, pictures: bool = False) -> str:
+    """Return what a report says as Markdown (see `render`), with tables of errors."""
+    parts = list(_parts(report, errors, pictures=pictures))
     whole = fitting(parts, limit)
     if len(whole) < len(parts):
         taken = fitting(parts, limit - RESERVED)
@@ -108,7 +109,7 @@ def _row(cells: Iterable[str], widths: list[int], columns: tuple[Column, ...]) -
     return f"| {' | '.join(padded)} |"
 
 
-def _parts(report: Content, *, pictures: bool) -> Iterator[Part]:
+def _parts(report: Content, errors: Sequence[Table], *, pictures: bool) -> Iterator[Part]:
     """The report in its order, with what matters most ranked first."""
 
     def section(heading: str, rank: int, name: str, *lines: str) -> Part:
@@ -124,6 +125,7 @@ def _parts(report: Content, *, pictures: bool) -> Iterator[Part]:
     yield section("Matrix", OVERVIEW, "the matrix", *legend)
     for matrix in report.matrices:
         yield section("Matrix", KNOWN, "the matrix pair by pair", *folded(matrix.caption, table_lines(matrix)))
+    yield from _accuracy(errors)
     found = table_lines(report.index) if report.groups else ["None."]
     yield section("Findings", KNOWN, "the list of findings", *found)
     yield from _details(report, pictures=pictures)
@@ -138,6 +140,16 @@ def _parts(report: Content, *, pictures: bool) -> Iterator[Part]:
     yield section("Support", NOTES, "support", *support)
     yield section("Time", NOTES, "time", *table_lines(report.timing))
     yield section("Words", NOTES, "words", *_facts(WORDS))
+
+
+def _accuracy(tables: Sequence[Table]) -> Iterator[Part]:
+    """Tables of errors: the first, by query, at a glance, and the others to be unfolded."""
+    headings, name = ("## Accuracy",), "accuracy"
+    for table in tables[:1]:
+        yield Part((f"{escape(table.caption)}:", "", *table_lines(table), ""), OVERVIEW, headings, name=name)
+        yield Part((escape(NOTE), ""), NOTES, headings, name=name)
+    for table in tables[1:]:
+        yield Part(tuple(folded(table.caption, table_lines(table))), NOTES, headings, name=name)
 
 
 def _details(report: Content, *, pictures: bool) -> Iterator[Part]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections import Counter
 from html.parser import HTMLParser
@@ -93,6 +94,12 @@ def sample_run() -> Run:
     run.ledger = LEDGER
     _counts(run)
     return run
+
+
+def spread(run: Run, count: int) -> list[Bucket]:
+    """So many new buckets, no two with the same key."""
+    its = [bucket for bucket in run.buckets if bucket.state is State.NEW]
+    return [dataclasses.replace(its[number % len(its)], degeneracy=f"variant {number}") for number in range(count)]
 
 
 def _support(run: Run) -> None:

@@ -164,6 +164,16 @@ def test_the_worst_of_each_cell_is_proven(run: Run) -> None:
     assert errors(run, BOOLEAN, "Sphere–Sphere").proven_absolute is None
 
 
+def test_the_regime_of_the_worst_error_is_named(run: Run) -> None:
+    for pair in PAIRS:
+        whole = errors(run, DISTANCE, pair)
+        assert whole.relative is not None
+        part = errors(run, DISTANCE, pair, whole.worst_in).relative
+        assert part is not None
+        assert part.worst == whole.relative.worst
+    assert errors(run, BOOLEAN, "Sphere–Sphere").worst_in == ""
+
+
 def test_the_same_comes_without_a_record_and_from_one_that_is_gone_on_with(run: Run, folder: Path) -> None:
     alone, resumed = campaign(), campaign(folder=folder, resume=True)
     assert resumed.recalled > 0

@@ -8,7 +8,9 @@ import json
 import math
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from pathlib import Path
 
+import jsonschema
 import pytest
 
 from oracles.accuracy import ASPECT, GAP, SCALE, Accuracy, Errors, Point, Speed, Spread
@@ -17,7 +19,10 @@ from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from reports import plots as drawing
 from reports.accuracy import accuracy
 from reports.accuracy_data import accuracy_data, accuracy_from, as_csv
+from reports.cli import main
+from reports.folder import write
 from reports.plots import FEWEST, Axis, plots
+from reports.summary import schema
 from reports.tables import Table
 
 HOSTILE = "=<script>alert(1)</script>\u202e" + "x" * 500
@@ -25,12 +30,18 @@ BALLS, BOXES = "Sphere–Sphere", "Box–Box"
 
 
 def errors(
-    engine: str, query: str, pair: str, regime: str = "", scale: float = 1.0, proven: float | None = None
+    engine: str,
+    query: str,
+    pair: str,
+    regime: str = "",
+    scale: float = 1.0,
+    proven: float | None = None,
+    worst_in: str = "",
 ) -> Errors:
     relative = Spread(1e-9 * scale, 1e-6 * scale, 1e-3 * scale)
     absolute = Spread(2e-9 * scale, 2e-6 * scale, 2e-3 * scale)
     by_length = None if proven is None else 2 * proven
-    return Errors(engine, query, pair, regime, 100, 90, 5, 1, absolute, relative, by_length, proven)
+    return Errors(engine, query, pair, regime, 100, 90, 5, 1, absolute, relative, by_length, proven, worst_in)
 
 
 def nothing(engine: str, query: str, pair: str, regime: str = "") -> Errors:
@@ -40,10 +51,10 @@ def nothing(engine: str, query: str, pair: str, regime: str = "") -> Errors:
 ACCURACY = Accuracy(
     (
         errors("one", DISTANCE, "", scale=2),
-        errors("one", DISTANCE, BALLS, proven=1.5e-3),
+        errors("one", DISTANCE, BALLS, proven=1.5e-3, worst_in="tiny"),
         errors("one", DISTANCE, BALLS, "generic", scale=0.1),
         errors("one", DISTANCE, BALLS, "tiny", scale=1),
-        errors("one", DISTANCE, BOXES, scale=2),
+        errors("one", DISTANCE, BOXES, scale=2, worst_in="huge"),
         errors("one", DISTANCE, BOXES, "huge", scale=2),
         nothing("one", BOOLEAN, ""),
         nothing("one", BOOLEAN, BALLS),
@@ -112,8 +123,6 @@ def test_engines_stand_side_by_side_and_what_is_proven_is_told_from_what_is_not(
     ]
     assert table.rows[0][3].note == "3.0e-03"
     assert table.rows[0][1].title == "medians from 1.0e-10 to 1.0e-09 (in tiny); worst in tiny"
-    assert table.sections == (("Sphere", 1), ("Box", 1))
-    assert sum(count for _, count in table.sections) == len(table.rows)
 
 
 def test_speeds_are_compared_over_what_all_engines_of_a_query_answer(run: Run) -> None:
@@ -223,3 +232,50 @@ ALLOWED = {
     *("class", "viewBox", "width", "height", "role", "font-family", "font-size", "font-weight", "fill", "fill-opacity"),
     *("stroke", "stroke-opacity", "stroke-width", "stroke-dasharray", "transform", "x", "y", "d", "text-anchor"),
 }
+
+
+# -- the command ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def report(run: Run, tmp_path: Path) -> Path:
+    write(run, tmp_path)
+    return tmp_path
+
+
+def test_the_command_prints_the_worst_and_on_demand_every_pair(
+    report: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["accuracy", str(report)]) == 0
+    brief = capsys.readouterr().out
+    assert "one · distance" in brief
+    assert "huge" in brief
+    assert "Microseconds" not in brief
+    assert main(["accuracy", str(report), "--all", "--markdown"]) == 0
+    full = capsys.readouterr().out
+    assert "| Box–Box · distance " in full
+    assert "Microseconds" in full
+    assert main(["accuracy", str(report / "report.json"), "--pair", "box-box", "--markdown"]) == 0
+    one = capsys.readouterr().out
+    assert "| Box–Box · distance " in one
+    assert BALLS not in one
+
+
+def test_the_command_says_in_a_line_that_there_is_nothing(
+    tmp_path: Path, report: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for place, arguments in ((tmp_path / "none", []), (report, ["--pair", "Ray-Box"])):
+        assert main(["accuracy", str(place), *arguments]) == 2
+        told = capsys.readouterr().err
+        assert told.startswith("proxyproof: ")
+        assert told.count("\n") == 1
+    (report / "report.json").write_text('{"format": "proxyproof-report-1", "buckets": [], "accuracy": {"errors": 5}}')
+    assert main(["accuracy", str(report)]) == 2
+    assert "not accuracy" in capsys.readouterr().err
+
+
+def test_the_report_holds_accuracy_by_its_schema_and_as_csv(report: Path) -> None:
+    data = json.loads((report / "report.json").read_text(encoding="utf-8"))
+    jsonschema.validate(data, json.loads(schema()))
+    assert len(data["accuracy"]["errors"]) == sum(not row.regime for row in ACCURACY.errors)
+    assert (report / "accuracy.csv").read_text(encoding="utf-8").count("\n") == 1 + len(ACCURACY.errors)

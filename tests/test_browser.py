@@ -14,7 +14,7 @@ import pytest
 from oracles.outcome import Run, State
 from reports import cells, findings, html
 from tests.browser import Visit, chromium, visit
-from tests.sample_run import sample_run
+from tests.sample_run import sample_run, spread
 from tests.test_report_hostile import BIDI, NASTY, hostile_run
 
 Open = Callable[..., AbstractContextManager[Visit]]
@@ -191,12 +191,6 @@ def test_overview_leads_to_all_that_is_new(browser: Any, run: Run, tmp_path: Pat
         assert control(its.page, "show").input_value() == "new"
 
 
-def spread(run: Run, count: int) -> list[Any]:
-    """So many new buckets, no two with the same key."""
-    its = [bucket for bucket in run.buckets if bucket.state is State.NEW]
-    return [dataclasses.replace(its[number % len(its)], degeneracy=f"variant {number}") for number in range(count)]
-
-
 # -- without a mouse, without sight ------------------------------------------------------------------------
 
 
@@ -247,7 +241,7 @@ CONTRASTS = """() => {
   const behind = (element) => {
     for (let e = element; e; e = e.parentElement) {
       const colour = getComputedStyle(e).backgroundColor;
-      if (!/, 0\\)$/.test(colour)) return colour;
+      if (!/^rgba.*, 0\\)$/.test(colour)) return colour;
     }
     return "rgb(255, 255, 255)";
   };

@@ -78,7 +78,8 @@
     keyed.sort((a, b) => (a.key === undefined) - (b.key === undefined)
       || (a.key === undefined ? 0 : sign * compare(a.key, b.key)) || a.item.place - b.item.place);
     const parent = items[0].element.parentNode;
-    parent.append(...keyed.map(({ item }) => item.element));
+    const inOrder = keyed.every(({ item }, place) => parent.children[place] === item.element);
+    if (!inOrder) parent.append(...keyed.map(({ item }) => item.element));
   }
 
   function keyOfColumn(name) {
