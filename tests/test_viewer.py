@@ -427,6 +427,9 @@ def test_both_answers_stand_in_the_corner_with_as_many_digits_as_tell_them_apart
         ["truth", "true: distance 3"],
     ]
     assert said({"distance": 1.0000001}, {"distance": 1.0})[0][1] == "fcl: distance 1.0000001"
+    assert said({"distance": math.nan}, {"distance": 1.0})[0][1] == "fcl: not a number"
+    assert said({"distance": 3.0}, {"distance": 1.0}, interval=(2.0, 2.0001))[1][1] == "true: distance 2"
+    assert said({"distance": 3.0}, {"distance": 1.0}, interval=(0.5, 2.0))[1][1] == "true: distance 1"
     assert said({"distance": 1.5}, {"distance": 1.5})[0][1] == "fcl: distance 1.5, distance too large"
     assert said({"distance": -0.5}, {"distance": -math.inf})[1][1] == "true: overlap without end"
     assert said({"hit": False}, {"hit": True}, BOOLEAN)[0][1] == "fcl: no overlap"
