@@ -216,7 +216,7 @@ def _stretches(points: Sequence[Point]) -> Iterator[list[Point]]:
 
 def _next_to(x: float, other: float) -> bool:
     """Whether two medians may be those of neighbouring decades."""
-    return 0 < x and other < math.inf and other / x < FAR
+    return x > 0 and other < math.inf and other / x < FAR
 
 
 def _series(number: int) -> str:
