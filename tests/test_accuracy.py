@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from oracles.accuracy import ABSOLUTE, ASPECT, GAP, RELATIVE, SCALE, Errors, Extreme, Point, Spread, keep_worst
-from oracles.answers import reference_for
+from oracles.answers import reference_answers, reference_for, take
 from oracles.aspect import aspect_of
 from oracles.campaign import run_campaign
 from oracles.draws import NumpyDraws
@@ -45,7 +45,7 @@ from refimpl import (
 )
 from refimpl import Point as PointProxy
 from tests.lawful_engines import ALWAYS, BUSY_FOR, OF_ASPECT, OF_GAP, OF_SIZE, Busy, Lawful
-from tests.test_judge import Exact, NoDepth
+from tests.test_judge import Exact, Grown, NoDepth
 from tests.wrong_engines import spec
 
 PAIRS = ["Sphere–Sphere", "Point–Sphere", "Sphere–AABB"]
@@ -233,6 +233,26 @@ def test_what_is_proven_of_an_answer_is_its_error(name: str) -> None:
         assert verdict.amount == pytest.approx(abs(by), abs=1e-8)
         assert verdict.amount <= abs(by) + 1e-14
     assert judges.proven_error(scene, reference_for(scene)).amount < 1e-13
+
+
+@pytest.mark.parametrize("engine", [Exact(), Exact(absolute=0.1), Grown()], ids=["exact", "lax", "grown"])
+@pytest.mark.parametrize("kinds", [(Sphere, Box), (Capsule, Capsule), (Ray, Box)], ids=lambda x: x[0].__name__)
+def test_what_is_proven_is_what_the_screening_was_certain_of(engine: Exact, kinds: tuple[type[Proxy], ...]) -> None:
+    a, b = REGIMES["generic"](NumpyDraws(4, (1,), 12), *kinds)
+    query = RAYCAST if isinstance(a, Ray) else DISTANCE
+    right = reference_answers(query, a, b)
+    table = np.full((len(a), WIDTH), np.nan)
+    by = np.tile([0.0, 1e-3, -1e-3, 0.05, -0.05, 0.3], 2)
+    for name, values in (("hit", right.hit), ("distance", right.distance - by), ("t", right.t + by)):
+        table[:, COLUMNS[name]] = values[:, None]
+    answers, judges = Answers.from_table(right.status, table, {}), Judges(engine)
+    screening = judges.screen(Cell(query, *kinds), a, b, None, answers)
+    seen = 0
+    for i in np.flatnonzero(~np.isnan(screening.error)):
+        verdict = judges.proven_error(Scene(query, a[i], b[i], "generic"), take(answers, [i]))
+        assert verdict.amount == pytest.approx(screening.error[i], abs=1e-9)
+        seen += verdict.amount > 1e-4
+    assert seen > 2
 
 
 def test_what_is_proven_of_a_ray_is_how_far_its_hit_is_from_the_surface() -> None:

@@ -17,7 +17,7 @@ from oracles.accuracy import ASPECT, GAP, SCALE, Accuracy, Errors, Point, Speed,
 from oracles.outcome import Run
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from reports import plots as drawing
-from reports.accuracy import accuracy
+from reports.accuracy import accuracy, by_pair
 from reports.accuracy_data import accuracy_data, accuracy_from, as_csv
 from reports.cli import main
 from reports.folder import write
@@ -125,6 +125,14 @@ def test_engines_stand_side_by_side_and_what_is_proven_is_told_from_what_is_not(
     ]
     assert table.rows[0][3].note == "3.0e-03"
     assert table.rows[0][1].title == "medians from 1.0e-10 to 1.0e-09 (in tiny); worst in tiny"
+
+
+@pytest.mark.parametrize(
+    ("proven", "shown"), [(None, "≥ 1.0e-03"), (1e-5, "≥ 1.0e-03"), (0.9999e-3, "1.0e-03"), (1.1e-3, "1.1e-03")]
+)
+def test_a_worst_error_counts_as_proven_only_where_the_proof_is_of_all_of_it(proven: float | None, shown: str) -> None:
+    table = by_pair(Accuracy((errors("one", DISTANCE, BALLS, proven=proven),)), ["one"])
+    assert texts(table)[0][3] == shown
 
 
 def test_speeds_are_compared_over_what_all_engines_of_a_query_answer(run: Run) -> None:
