@@ -13,9 +13,11 @@ import pytest
 from oracles.accuracy import ABSOLUTE, ASPECT, GAP, RELATIVE, SCALE, Errors, Extreme, Point, Spread, keep_worst
 from oracles.answers import reference_answers, reference_for, take
 from oracles.aspect import aspect_of
+from oracles.buckets import Buckets
 from oracles.campaign import run_campaign
 from oracles.draws import NumpyDraws
 from oracles.engine import COLUMNS, WIDTH, Answers, Status
+from oracles.filing import Filing
 from oracles.impact_regimes import IMPACT_REGIMES
 from oracles.judges import Judges
 from oracles.ledger import Ledger
@@ -189,6 +191,17 @@ def test_the_same_comes_without_a_record_and_from_one_that_is_gone_on_with(run: 
 def test_a_run_of_which_nothing_is_known_has_no_errors() -> None:
     with Measured([], []) as measured:
         assert (measured.errors({}), measured.points()) == ((), ())
+
+
+def test_a_record_that_is_lost_costs_a_run_its_errors_and_nothing_else(tmp_path: Path) -> None:
+    filing = Filing(Run(0, 1.0, ""), Buckets(Ledger()))
+    filing.sums.spend({("one", DISTANCE, "Sphere–Sphere"): (10, 0.5)})
+    (tmp_path / "damaged.parquet").write_bytes(b"PAR1 nothing PAR1")
+    for name in ("damaged.parquet", "none.parquet"):
+        filing.measure([tmp_path / name])
+        assert filing.run.problems.pop().startswith("the accuracy is not known: ")
+        assert filing.run.accuracy.errors == ()
+        assert [speed.answers for speed in filing.run.accuracy.speeds] == [10]
 
 
 def test_the_worse_of_two_is_kept_and_the_first_of_equals() -> None:
