@@ -94,6 +94,7 @@ def show(tables: Sequence[Table], *, markdown: bool) -> None:
     for table in tables:
         console.print(Text(table.caption, "bold"))
         console.print(_rich(table))
+        console.print()
     console.print(Text(NOTE, "dim"))
 
 
@@ -105,7 +106,8 @@ def _rich(table: Table) -> RichTable:
 
     form = RichTable(box=SIMPLE_HEAD, show_edge=False, header_style="bold")
     for column in table.columns:
-        heading = Text("\n".join(filter(None, (column.group, *column.title.split(" ")))))
+        words = column.title.split(" ") if column.numeric else [column.title]
+        heading = Text("\n".join(filter(None, (column.group, *words))))
         form.add_column(heading, justify="right" if column.numeric else "left", no_wrap=True)
     for row in table.rows:
         form.add_row(*(Text("\n".join(filter(None, (entry.text, entry.note)))) for entry in row))
