@@ -1,18 +1,19 @@
 """Shrinking: from the scene that a hunter found to one that a person takes in at a glance, with the same fault.
 
 A candidate is taken only if the engine fails on it in the same way: same symptom, no special geometry that the scene
-did not have (`oracles.degeneracy`), and an error that is like the one before, within two decades. So a slight error
-does not end in the bucket of a gross one. Better is first what is less special, then nearer to size 1, then taken in at
-a glance, then the larger error, so that all decades of one fault come together, and then fewer numbers to read.
+did not have (`oracles.degeneracy`), and an error that is like the one before, within two decades, or grows to it along
+a path (`oracles.paths`). So a slight error does not end in the bucket of a gross one. Better is first what is less
+special, then nearer to size 1, then taken in at a glance, then the larger error, so that all decades of one fault come
+together, and then fewer numbers to read.
 
 Engines answer whole batches, so all candidates of a step are asked at once. Floats screen them; the last one is
-convicted by its certificate like any other finding. Findings of one cell and symptom are shrunk together: where one of
-them arrives, the next ones often may go at once.
+convicted by its certificate like any other finding, by a fresh engine that was asked nothing before. Findings of one
+cell and symptom are shrunk together: where one of them arrives, the next ones often may go at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from random import Random
@@ -21,44 +22,30 @@ import numpy as np
 from hypothesis import HealthCheck, find, settings
 from hypothesis.errors import Flaky, NoSuchExample
 
+from oracles.allowance import MOST_LOST, MOST_LOST_AGAIN, is_formed, is_lost, tries_for, tries_of_next
+from oracles.around import AT_ONCE, LOST_AT_ONCE, passes
 from oracles.clumsiness import AT_A_GLANCE, clumsiness, odd_numbers
-from oracles.engine import Array
+from oracles.degeneracy import gaps_of
+from oracles.engine import Answers, Array, Status
 from oracles.home import at_home
 from oracles.judges import finding_of
 from oracles.likeness import Failing, failing, key_of
 from oracles.motion import Motion
 from oracles.outcome import Finding, Kind
+from oracles.paths import DOUBLINGS, leads, path
 from oracles.plain import plain_scenes
-from oracles.plain_bodies import plain_pairs
-from oracles.plain_impacts import restaged, simpler_motions
-from oracles.reference import is_quick
 from oracles.relations import Bench, question
 from oracles.scene import IMPACT, Cell, Scene, packed_rows
-from oracles.simpler import batch_of, by_form, kept_apart, moved, several_changed, simpler_proxies
+from oracles.simpler import batch_of, by_form, several_changed
 
-TRIES = 1600
-"""Scenes that are put before an engine for one finding; for each further one of the same symptom half as many."""
-TRIES_SEARCHED = 300
-"""Where the judge has to search for each answer."""
-TRIES_FORMED = 180
-"""Where making a proxy takes time as well: hulls, slabs, meshes, composites."""
-TRIES_RELATED = 100
-"""Where a relation between two scenes is broken: each try asks the engine twice, on its own."""
-TRIES_LOST = 6
-"""Where the engine was lost, or ran out of time, on the scene: each try may cost as much again."""
-TRIES_LEAST = 200
 MOST_STEPS = 40
+MOST_PATHS = 8
+"""Paths that are tried from one scene to better ones."""
 CAREFULLY = settings(
     max_examples=60, database=None, deadline=None, suppress_health_check=list(HealthCheck), derandomize=False
 )
-NEAR = 12
-"""Plain scenes of which the bodies are brought to each of the gaps."""
-AT_ONCE = 150
-"""Candidates that are asked before one looks whether one of them will do."""
 GIVE_UP_AFTER = 1
 """Candidates of a batch that may run out of time before the rest of it is left."""
-GAPS = [sign * 10.0**-k for k in range(16) for sign in (1.0, -1.0)]
-"""Steps on which errors that grow with a gap or an overlap grow."""
 
 
 def shrink(finding: Finding, bench: Bench, *, tries: int | None = None) -> Finding:
@@ -111,15 +98,19 @@ class _Search:
     asked: set[bytes] = field(default_factory=set)
     exhausted: set[bytes] = field(default_factory=set)
     """Scenes around which nothing simpler is."""
+    tried: set[bytes] = field(default_factory=set)
+    """Starts and ends between which a path was looked for."""
     proven: dict[bytes, Finding | None] = field(default_factory=dict)
     tries: int = 0
+    losses: int = 0
+    """How often the engine has been lost."""
     searched: int = 0
     """Findings for which the engine has been asked."""
 
     @property
     def lost(self) -> bool:
-        """Whether it is no answer at all."""
-        return self.kind in (Kind.CRASHED, Kind.TIMED_OUT)
+        """Whether it is no answer at all, and may be none again."""
+        return is_lost(self.kind, self.symptom)
 
     def shrink(self, findings: list[Finding], tries: int | None) -> list[Finding]:
         """Shrink findings one after the other; what the later ones learn may lead the earlier ones farther."""
@@ -132,10 +123,15 @@ class _Search:
             self.tries = len(findings)
             self.ask(finding.scene for finding in findings)
         repeats = [way[0].key in self.known or self._convict(way[0].scene) is not None for way in ways]
-        self.proven = {way[0].key: finding for way, finding in zip(ways, findings, strict=True)}
+        if self.lost:  # and would be again
+            self.proven = {way[0].key: finding for way, finding in zip(ways, findings, strict=True)}
         for way, again, finding in zip(ways, repeats, findings, strict=True):
             if again:
                 self._go(way, finding.scene.regime, tries)
+        self.searched = 1
+        for way, again, finding in zip(ways, repeats, findings, strict=True):
+            if again and tries is None and way[-1].slightness:
+                self._go(way, finding.scene.regime, tries)  # few are left, and the others have shown the way
         found = []
         for way, again, finding in zip(ways, repeats, findings, strict=True):
             if again:
@@ -148,42 +144,60 @@ class _Search:
         self._go_on(way)
         if way[-1].key in self.exhausted:
             return
-        allowance = self._allowance() if tries is None else tries
-        self.tries = max(min(TRIES_LEAST, allowance // 3), allowance >> self.searched)
+        own = tries_for(self.cell, lost=self.lost, related=bool(self.relation))
+        allowed = own if tries is None else tries
+        self.tries = tries_of_next(allowed, self.searched)
+        self.losses = MOST_LOST - MOST_LOST_AGAIN if self.searched else 0
         self.searched += 1
-        self.ask(plain_scenes(self.cell, regime))
-        self._go_on(way)
+        while self._try_some(way, plain_scenes(self.cell, regime)) and self.lost:
+            pass
+        self._take_path(way)
         for _ in range(MOST_STEPS):
-            if self.lost or way[-1].key in self.exhausted:
+            if way[-1].key in self.exhausted:
                 break
-            if not (self._improve(way) or self._improve_jointly(way)):
+            if not (self._improve(way) or self._improve_jointly(way) or self._take_path(way)):
                 break
 
-    def _allowance(self) -> int:
-        """How many scenes may be tried for one finding, by what each costs."""
-        kinds = self.cell.type_a, self.cell.type_b
-        if self.lost:
-            return 0 if self.asked else TRIES_LOST
-        if any(kind.header for kind in kinds):
-            return TRIES_FORMED
-        return TRIES if is_quick(*kinds) else TRIES_SEARCHED
+    def _take_path(self, way: list[Failing]) -> bool:
+        """Go where a path leads: from a slight error to a better scene where it is not like this one."""
+        last = way[-1]
+        if not last.slightness:
+            return False
+        unlike = (one for one in self.known.values() if not last.is_like(one) and last.key + one.key not in self.tried)
+        ends = list(islice(last.better_of(unlike), min(MOST_PATHS, self.tries // (2 * DOUBLINGS))))
+        self.tried |= {last.key + end.key for end in ends}
+        paths = [(end, path(last.scene, end.scene)) for end in ends]
+        self.ask(scene for _, scenes in paths for scene in scenes)
+        for end, scenes in paths:
+            steps = [self.known[key] for key in map(key_of, scenes) if key in self.known]
+            if scenes and len(steps) == len(scenes) and leads([last, *steps, end]):
+                way.append(end)
+                self._go_on(way)
+                return True
+        return False
 
     def _improve(self, way: list[Failing]) -> bool:
         """Try everything around the last scene, until something is better."""
         best = way[-1]
-        candidates = chain.from_iterable(_passes(best))
-        while self.tries > 0 and (some := list(islice(candidates, AT_ONCE))):
-            self.ask(some)
-            if self._go_on(way):
+        candidates = chain.from_iterable(passes(best))
+        while self.tries > 0 and (some := list(islice(candidates, LOST_AT_ONCE if self.lost else AT_ONCE))):
+            if self._try_some(way, some):
                 return True
         if self.tries > 0:
             self.exhausted.add(best.key)
         return False
 
+    def _try_some(self, way: list[Failing], scenes: Sequence[Scene]) -> bool:
+        """Go on to one of these; where the engine is lost on some of them, the rest may be asked after that."""
+        while self.ask(scenes):
+            if self._go_on(way):
+                return True
+        return False
+
     def _improve_jointly(self, way: list[Failing]) -> bool:
         """Have Hypothesis look for several numbers that can be made simpler together, where many are odd."""
-        best, formed = way[-1], any(kind.header for kind in (self.cell.type_a, self.cell.type_b))
-        if odd_numbers(best.scene) <= AT_A_GLANCE or best.scene.motion is not None or formed:
+        best = way[-1]
+        if self.lost or odd_numbers(best.scene) <= AT_A_GLANCE or best.scene.motion is not None or is_formed(self.cell):
             return False
 
         def is_better(scene: Scene) -> bool:
@@ -210,8 +224,11 @@ class _Search:
                 return len(way) > start
             way.append(better)
 
-    def ask(self, scenes: Iterable[Scene]) -> None:
-        """Put candidates before the engine, as many as are allowed, and keep those on which it fails alike."""
+    def ask(self, scenes: Iterable[Scene]) -> bool:
+        """Put candidates before the engine, as many as are allowed, and keep those on which it fails alike.
+
+        Answers whether there were any that had not been asked.
+        """
         new: dict[bytes, Scene] = {}
         for scene in scenes:
             if len(new) >= self.tries:
@@ -223,19 +240,31 @@ class _Search:
         self.asked |= new.keys()
         for group in by_form(list(new.values())):
             self._ask(group)
+        return bool(new)
 
     def _ask(self, group: list[Scene]) -> None:
         a, b = batch_of([scene.a for scene in group]), batch_of([scene.b for scene in group])
         motion = Motion.unpack(_rows_of_motion(group)) if self.cell.query == IMPACT else None
         answers = self.bench.answer(self.cell, packed_rows(a, b, motion), give_up_after=GIVE_UP_AFTER)
+        if self.lost:
+            self._count_losses(group, answers)
         found = self.bench.judges.screen(self.cell, a, b, motion, answers)
-        for i, scene in enumerate(group):
-            if found.kind[i] is self.kind and found.symptom[i] == self.symptom and found.certain[i]:
-                new = Failing(scene, float(found.amount[i]))
+        alike = np.flatnonzero((found.kind == self.kind) & (found.symptom == self.symptom) & found.certain)
+        if alike.size:
+            gaps = gaps_of(a[alike], b[alike]) if motion is None else [()] * len(alike)
+            for i, gap in zip(alike.tolist(), gaps, strict=True):
+                new = Failing(group[i], float(found.amount[i]), gap)
                 self.known[new.key] = new
 
+    def _count_losses(self, group: list[Scene], answers: Answers) -> None:
+        """Take note of scenes that cost the engine; those behind a time-out were not asked."""
+        self.losses += int(np.isin(answers.status, (Status.CRASHED, Status.TIMED_OUT)).sum())
+        left = [key_of(group[i]) for i in np.flatnonzero(answers.status == Status.SKIPPED)]
+        self.asked -= set(left)
+        self.tries = 0 if self.losses >= MOST_LOST else self.tries + len(left)
+
     def _prove(self, finding: Finding, way: list[Failing]) -> Finding:
-        """Convict the engine on the last scene on the way on which that succeeds."""
+        """Convict the engine on the last scene on the way on which that succeeds; else it does not come again."""
         for step in reversed(way[1:]):
             if step.key not in self.proven:
                 self.proven[step.key] = self._convict(step.scene)
@@ -244,10 +273,12 @@ class _Search:
                 origin, regime = finding.scene.source, finding.scene.regime
                 source = origin if origin.endswith(", shrunk") else f"{origin}, shrunk"
                 return replace(found, scene=replace(found.scene, regime=regime, source=source))
-        return finding
+        comes_again = self.lost or self._convict(finding.scene) is not None
+        return finding if comes_again else replace(finding, repeats=False)
 
     def _convict(self, scene: Scene) -> Finding | None:
-        """A finding on this scene, proven; none where the engine does not fail there in the same way."""
+        """A finding on this scene, proven; none where a fresh engine does not fail there in the same way."""
+        self.bench.renew()
         first, second = scene.rows
         answers = self.bench.answer(self.cell, (first[None], second[None]))
         verdict = self.bench.judges.convict(scene, answers)
@@ -259,9 +290,6 @@ class _Search:
 class _SearchOfRelated(_Search):
     """The same for an engine that contradicts itself about two scenes, of which one is made from the other."""
 
-    def _allowance(self) -> int:
-        return TRIES_RELATED
-
     def _ask(self, group: list[Scene]) -> None:
         for scene in group:
             found = question(self.bench, self.relation, scene)
@@ -270,39 +298,10 @@ class _SearchOfRelated(_Search):
                 self.known[new.key] = new
 
     def _convict(self, scene: Scene) -> Finding | None:
+        self.bench.renew()
         found = question(self.bench, self.relation, scene)
         return found if found is not None and found.verdict.symptom == self.symptom else None
 
 
 def _rows_of_motion(group: list[Scene]) -> Array:
     return np.stack([scene.motion.pack() for scene in group if scene.motion is not None])
-
-
-def _passes(best: Failing) -> Iterator[Iterable[Scene]]:
-    """Candidates around a scene, the boldest first."""
-    scene = best.scene
-    if not best.strain and odd_numbers(scene) == 0:
-        if best.slightness and scene.motion is None:
-            yield kept_apart([scene], GAPS)
-        return
-    if scene.motion is not None:
-        yield restaged(scene)
-        yield (replace(scene, motion=motion) for motion in simpler_motions(scene.motion))
-        return
-    yield moved(scene)
-    yield kept_apart([scene], GAPS)
-    if best.slightness or "nearly touching" in best.special:
-        yield kept_apart(list(islice(plain_pairs(scene.cell), NEAR)), GAPS)
-    yield _changed(scene)
-    yield from (kept_apart(some, [0.0]) for some in _in_parts(_changed(scene)))
-
-
-def _changed(scene: Scene) -> Iterator[Scene]:
-    """One of both proxies simpler."""
-    yield from (replace(scene, a=a) for a in simpler_proxies(scene.a))
-    yield from (replace(scene, b=b) for b in simpler_proxies(scene.b))
-
-
-def _in_parts(scenes: Iterator[Scene]) -> Iterator[list[Scene]]:
-    while some := list(islice(scenes, AT_ONCE)):
-        yield some

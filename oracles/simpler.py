@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
-from oracles.placements import Draft
+from oracles.placements import Draft, signed_gap
 from oracles.scene import Scene
 from oracles.solids import CUBE, TETRAHEDRON, block, wedge
 from refimpl import KDOP, Box, Composite, ConvexPolyhedron, Ellipsoid, Proxy, ShapeError, UnsupportedOperation
@@ -27,6 +27,8 @@ FORMED = (ConvexPolyhedron, Polyhedron, Composite)
 DECIMALS = (0, 1, 2, 3)
 STAYING = 3
 """How much likelier it is that a number stays than that it is made simpler."""
+JOINTLY = 100
+"""Scenes in which several numbers are made simpler together."""
 MOST_PARTS = 24
 """Vertices, planes, slabs or parts that are left out one by one."""
 
@@ -39,7 +41,7 @@ def simpler_numbers(x: float) -> list[float]:
     digits = [float(f"{x:.{k}e}") for k in DECIMALS]
     whole = float(np.round(x)) if abs(x) < 1e15 else x
     apart = x - whole
-    farther = [whole + 10.0 * apart, whole + 100.0 * apart] if 0 < abs(apart) < 1e-2 else []
+    farther = [whole + factor * apart for factor in (3.0, 10.0, 100.0)] if 0 < abs(apart) < 1e-2 else []
     return [y for y in dict.fromkeys([*signed, whole, *digits, *farther]) if y != x]
 
 
@@ -93,6 +95,18 @@ def several_changed(draw: st.DrawFn, scene: Scene) -> Scene:
         made.append(rebuilt(shape, row))
     assume(made[0] is not None and made[1] is not None)
     return next(with_sides(scene, *made))
+
+
+def jointly_simpler(scene: Scene) -> Iterator[Scene]:
+    """The scene with every other odd number simpler, as chance has it; always the same."""
+    random = np.random.Generator(np.random.Philox(np.random.SeedSequence([JOINTLY])))
+    rows = [(shape, shape.pack(), changeable(shape)) for shape in (scene.a, scene.b)]
+    for _ in range(JOINTLY):
+        made = []
+        for shape, row, mask in rows:
+            odd = mask & ~np.isin(row, list(PLAIN)) & (random.random(len(row)) < 0.5)
+            made.append(rebuilt(shape, np.where(odd, random.choice([0.0, 0.0, 1.0, -1.0, 0.5, 2.0], len(row)), row)))
+        yield from with_sides(scene, *made)
 
 
 # -- the whole scene -----------------------------------------------------------------------------------------
@@ -278,6 +292,12 @@ def batch_of(shapes: list[Proxy]) -> Proxy:
     rows = np.stack([shape.pack() for shape in shapes])
     first = shapes[0]
     return first[None].rebuilt(rows) if isinstance(first, (Polyhedron, Composite)) else type(first).unpack(rows)
+
+
+def gap_of(scene: Scene) -> float:
+    """By how much the two are apart, as `kept_apart` takes it; 0 where that has no end."""
+    sigma, _ = signed_gap(scene.a[None], scene.b[None])
+    return float(sigma[0]) if np.isfinite(sigma[0]) else 0.0
 
 
 def kept_apart(scenes: list[Scene], gaps: list[float]) -> list[Scene]:

@@ -34,7 +34,7 @@ MOST_DATA = 100
 """Buckets, the worst first, whose certificates a page shows."""
 
 LONGEST_DATA = 6000
-"""Characters of a certificate that a page shows; `run.json` has longer ones whole."""
+"""Characters of a certificate that a page shows; `report.json` has longer ones whole."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Proof:
 
 
 def proof_view(certificate: Certificate | ImpactCertificate, interval: str, number: int) -> Proof:
-    """Put a certificate into words; `number` is that of its bucket in `run.json`."""
+    """Put a certificate into words; `number` is that of its bucket in `report.json`."""
     if isinstance(certificate, ImpactCertificate):
         said = residuals_in_words(certificate.residuals)
     else:
@@ -70,7 +70,7 @@ def proof_view(certificate: Certificate | ImpactCertificate, interval: str, numb
     data = certificate_text(certificate)
     if len(data) <= LONGEST_DATA and number <= MOST_DATA:
         return Proof(interval, tuple(said), data, whole=True)
-    told = f"The certificate has {text.count(len(data))} characters: run.json has it, with bucket {number}."
+    told = f"The certificate has {text.count(len(data))} characters: report.json has it, with bucket {number}."
     return Proof(interval, tuple(said), told, whole=False)
 
 

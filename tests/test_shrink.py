@@ -12,6 +12,7 @@ import pytest
 from oracles.answers import take
 from oracles.batch import Batch
 from oracles.buckets import Buckets, key_of
+from oracles.bulk import Proofs
 from oracles.clumsiness import odd_numbers
 from oracles.degeneracy import FREE, degeneracy, features
 from oracles.engine import AnswerRow, Answers, Engine, Row, Status
@@ -21,6 +22,7 @@ from oracles.outcome import FINDINGS, Bucket, Finding, Kind
 from oracles.planted.mutants import MUTANTS
 from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, Scene, cells
 from oracles.shrink import shrink, shrink_all
+from oracles.words import decade_of
 from refimpl import AABB, Point, Proxy, Ray, Sphere
 from refimpl.proof import check
 from tests.wrong_engines import Answer, FlippedNormal, Honest, MissedContact, OffByAThousandth
@@ -42,20 +44,27 @@ class Bench:
         self.asked += len(table)
         return Answers.from_table(np.full(len(table), Status.ANSWERED, dtype=np.int8), table, {})
 
+    def renew(self) -> None:
+        """Each batch has a solver of its own."""
+
 
 def findings(bench: Bench, cell: Cell, each: int = 12) -> list[Finding]:
-    """Proven findings of one bulk batch of a cell, one for each key."""
+    """Proven findings of one bulk batch of a cell, as the bulk hunter picks them, one for each key."""
     pair = cell.type_a, cell.type_b
     batches = (Batch.draw_impacts if cell.query == IMPACT else Batch.draw)(pair, 7, (0, 1), each)
     found: dict[object, Finding] = {}
+    proofs, name = Proofs(), bench.engine.name
     for batch in batches:
         answers = bench.answer(cell, batch.rows)
         screening = bench.judges.screen(cell, batch.a, batch.b, batch.motion, answers)
         for i in np.flatnonzero([kind is Kind.WRONG for kind in screening.kind]):
             scene, alone = batch.scene(cell.query, int(i)), take(answers, [i])
+            decade = decade_of(float(screening.amount[i]), scene.size)
+            if not proofs.wanted(name, cell, screening.symptom[i], decade, scene.regime):
+                continue
             verdict = bench.judges.convict(scene, alone)
             if verdict.kind in FINDINGS:
-                finding = finding_of(bench.engine.name, scene, alone, verdict)
+                finding = finding_of(name, scene, alone, verdict)
                 found.setdefault(key_of(finding), finding)
     return list(found.values())
 

@@ -151,7 +151,8 @@ class Textbook(Reading, Bricks, Rays, Impacts, Engine):
         point = along(ray.origin, hit.way, ray.direction)
         if hit.normal is None:
             return answer_row(hit=1.0, t=0.0, point=point)
-        return answer_row(hit=1.0, t=hit.way / ray.speed, point=point, normal=hit.normal)
+        way = max(hit.way, 0.0)  # that it starts outside has been decided by other roundings
+        return answer_row(hit=1.0, t=way / ray.speed, point=point, normal=hit.normal)
 
     def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
         """Return a script that asks the engine alone for one scene."""
