@@ -79,7 +79,10 @@ def test_it_proves_what_the_other_checker_proves(proofs: list[tuple[Scene, Certi
     for scene, certificate in proofs:
         kinds |= {claim["kind"] for claim in claims_data(certificate, scene.a, scene.b)}
         known = check(certificate, scene.a, scene.b)
-        assert not any(map(differ, proves(certificate, scene), known, [scene.size] * 2)), (scene.cell.pair, scene.regime)
+        assert not any(map(differ, proves(certificate, scene), known, [scene.size] * 2)), (
+            scene.cell.pair,
+            scene.regime,
+        )
     assert kinds >= {"separated", "near", "escape", "core", "cover", "part", "free", "hit"}
     assert len(proofs) >= len(TABLE)
 
@@ -141,6 +144,7 @@ def test_the_laws_of_impacts_are_those_of_the_judge() -> None:
     rng, seen = np.random.default_rng(1), set()
     for pair in TARGETS:
         (batch,) = Batch.draw_impacts(pair, 3, (0,), 1)
+        assert batch.motion is not None
         right = reference_of(batch.motion)
         for i in range(len(batch)):
             for spread in (0.0, 1e-9, 1.0):

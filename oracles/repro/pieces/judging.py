@@ -98,8 +98,8 @@ def of_points(answer: Any, side: Any, held: Any) -> Iterator[Error]:
             yield "contact point farther from a shape than the depth", beyond, allowed
     if "normal" in answer:
         low, high = length(vector(answer["normal"]))
-        yield "normal shorter than 1", 1 - high - number(1e-6), allowed
-        yield "normal longer than 1", low - 1 - number(1e-6), allowed
+        yield "normal shorter than 1", 1 - high, 1e-6
+        yield "normal longer than 1", low - 1, 1e-6
 
 
 TRIALS: dict[str, Any] = {
