@@ -103,10 +103,10 @@ def _versions(run: Run, bucket: Bucket) -> Iterator[str]:
 
 
 def _steps(bucket: Bucket, view: BucketView) -> Iterator[str]:
-    called = text.block(bucket.repro, LONGEST_CALL + 1)
-    if not bucket.repro:
+    called = text.block(bucket.call, LONGEST_CALL + 1)
+    if not bucket.call:
         yield "Ask for this scene:"
-    elif len(bucket.repro) <= LONGEST_CALL:
+    elif len(bucket.call) <= LONGEST_CALL:
         yield from ("It needs nothing but the engine and numpy:", "", *fenced(called, "python"))
     else:
         yield f"The script {escape(view.file)}, to be attached, needs nothing but the engine and numpy."

@@ -151,6 +151,7 @@ def _used(nodes: Iterable[ast.AST]) -> tuple[set[str], set[str]]:
     return names, attributes
 
 
+@cache
 def _free(root: ast.AST) -> tuple[set[str], set[str]]:
     """Names in one function or statement, without its own variables; and names of attributes."""
     read, bound, attributes = set[str](), set[str](), set[str]()
