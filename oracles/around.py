@@ -11,7 +11,7 @@ from oracles.likeness import Failing
 from oracles.plain_bodies import PLAIN_BODIES, plain_pairs
 from oracles.plain_impacts import restaged, simpler_motions
 from oracles.scene import Scene
-from oracles.simpler import gap_of, jointly_simpler, kept_apart, moved, simpler_proxies
+from oracles.simpler import gap_of, jointly_simpler, kept_apart, moved, nudged, simpler_proxies
 
 AT_ONCE = 150
 """Candidates that are asked before one looks whether one of them will do."""
@@ -42,6 +42,8 @@ def passes(best: Failing) -> Iterator[Iterable[Scene]]:
         yield kept_apart(list(islice(plain_pairs(scene.cell), NEAR)), GAPS)
     yield changed(scene)
     yield from (kept_apart(some, [0.0]) for some in _in_parts(changed(scene)))
+    if best.slightness:
+        yield nudged(scene)
 
 
 def beside_plain(scene: Scene) -> Iterator[Scene]:

@@ -32,13 +32,15 @@ from oracles.judges import finding_of
 from oracles.likeness import Failing, failing, key_of
 from oracles.motion import Motion
 from oracles.outcome import Finding, Kind
-from oracles.paths import DOUBLINGS, leads, path
+from oracles.paths import SHARES, leads, path
 from oracles.plain import plain_scenes
 from oracles.relations import Bench, question
 from oracles.scene import IMPACT, Cell, Scene, packed_rows
 from oracles.simpler import batch_of, by_form, several_changed
 
 MOST_STEPS = 40
+KEPT = 3
+"""One try in so many is kept for paths."""
 MOST_PATHS = 8
 """Paths that are tried from one scene to better ones."""
 CAREFULLY = settings(
@@ -102,6 +104,8 @@ class _Search:
     """Starts and ends between which a path was looked for."""
     proven: dict[bytes, Finding | None] = field(default_factory=dict)
     tries: int = 0
+    kept: int = 0
+    """Tries that are kept for paths."""
     losses: int = 0
     """How often the engine has been lost."""
     searched: int = 0
@@ -146,7 +150,9 @@ class _Search:
             return
         own = tries_for(self.cell, lost=self.lost, related=bool(self.relation))
         allowed = own if tries is None else tries
-        self.tries = tries_of_next(allowed, self.searched)
+        allowed = tries_of_next(allowed, self.searched)
+        self.kept = allowed // KEPT
+        self.tries = allowed - self.kept
         self.losses = MOST_LOST - MOST_LOST_AGAIN if self.searched else 0
         self.searched += 1
         while self._try_some(way, plain_scenes(self.cell, regime)) and self.lost:
@@ -164,10 +170,12 @@ class _Search:
         if not last.slightness:
             return False
         unlike = (one for one in self.known.values() if not last.is_like(one) and last.key + one.key not in self.tried)
-        ends = list(islice(last.better_of(unlike), min(MOST_PATHS, self.tries // (2 * DOUBLINGS))))
+        ends = list(islice(last.better_of(unlike), min(MOST_PATHS, self.kept // len(SHARES))))
         self.tried |= {last.key + end.key for end in ends}
         paths = [(end, path(last.scene, end.scene)) for end in ends]
+        left, self.tries = self.tries, self.kept
         self.ask(scene for _, scenes in paths for scene in scenes)
+        self.kept, self.tries = self.tries, left
         for end, scenes in paths:
             steps = [self.known[key] for key in map(key_of, scenes) if key in self.known]
             if scenes and len(steps) == len(scenes) and leads([last, *steps, end]):

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
+from oracles.degeneracy import length_of
 from oracles.placements import Draft, signed_gap
 from oracles.scene import Scene
 from oracles.solids import CUBE, TETRAHEDRON, block, wedge
@@ -29,6 +30,8 @@ STAYING = 3
 """How much likelier it is that a number stays than that it is made simpler."""
 JOINTLY = 100
 """Scenes in which several numbers are made simpler together."""
+NUDGES, NUDGED = (1e-1, 1e-2, 1e-3), 4
+"""Steps by which a number is changed, relative to the larger body, and digits to which it then is rounded."""
 MOST_PARTS = 24
 """Vertices, planes, slabs or parts that are left out one by one."""
 
@@ -107,6 +110,21 @@ def jointly_simpler(scene: Scene) -> Iterator[Scene]:
             odd = mask & ~np.isin(row, list(PLAIN)) & (random.random(len(row)) < 0.5)
             made.append(rebuilt(shape, np.where(odd, random.choice([0.0, 0.0, 1.0, -1.0, 0.5, 2.0], len(row)), row)))
         yield from with_sides(scene, *made)
+
+
+def nudged(scene: Scene) -> Iterator[Scene]:
+    """The scene with one number a little larger or smaller: where a slight error begins, it may grow."""
+    length = length_of(scene)
+    for share in NUDGES:
+        for shape in (scene.a, scene.b):
+            row = shape.pack()
+            for i in np.flatnonzero(changeable(shape)):
+                for step in (share * length, -share * length):
+                    changed = row.copy()
+                    changed[i] = float(f"{row[i] + step:.{NUDGED}g}")
+                    made = rebuilt(shape, changed)
+                    a, b = (made, scene.b) if shape is scene.a else (scene.a, made)
+                    yield from with_sides(scene, a, b)
 
 
 # -- the whole scene -----------------------------------------------------------------------------------------
