@@ -12,9 +12,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from oracles.forms import form_of
 from oracles.likeness import Failing
 from oracles.scene import Scene
-from oracles.simpler import changeable, form_of, rebuilt, with_sides
+from oracles.simpler import changeable, rebuilt, with_sides
 from refimpl import Proxy
 
 DOUBLINGS, HALVINGS = 30, 8
