@@ -50,7 +50,7 @@ def rich_table(table: Table) -> RichTable:
         cells = [Text(entry.text, STYLES.get(entry.state, "")) for entry in row]
         for cell, entry in zip(cells, row, strict=True):
             if entry.note:
-                cell.append(f"\n{entry.note}", "dim")
+                cell.append("\n" + entry.note.replace("; ", "\n"), "dim")
         form.add_row(*cells)
     return form
 

@@ -1,66 +1,87 @@
-"""What changed between two runs: findings by their ids, cells, the ledger, and how often things go wrong.
+"""What changed between two runs: faults, cells, the ledger, the engines' accuracy.
 
-Two runs ask other scenes where seed, time or models differ, and even the same cause may be shown by another scene.
-So a finding that is gone is set against what is new in the same cell with the same symptom: the two are one that
-moved. A rate has changed only where chance does not explain it.
+A fault is a symptom in a cell. Its findings, each with an id, tell it apart further by what is special about their
+scenes, which the scenes that were drawn and the shrinking decide on: two runs of one engine with different seeds agree
+in faults and in how often they are met, and not in ids. So faults are compared, and their findings are named.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from oracles.outcome import COMPARED, Run, Severity
+from oracles.outcome import COMPARED, Kind, Run, Severity, State
 from reports import text
 from reports.diff_accuracy import Shift, shifts
 from reports.reading import DAMAGE, NoReport, in_words, name_of, read_report, run_from_data
-from reports.tables import CellKey
+from reports.tables import CellKey, grouped, total
 
-SIGMAS, FACTOR = 4.0, 2.0
+SIGMAS, FACTOR = 4.0, 3.0
 """A rate has changed when it is so many standard deviations off, and so many times as high or low."""
+
+CHANCE = 0.01
+"""What was not met before is new where it would have been missed more seldom than that."""
 
 NOT_ASKED = "not asked"
 
 
-@dataclass(frozen=True)
-class Told:
-    """What one report says of a finding.
+@dataclass
+class Fault:
+    """What one report says of a symptom in a cell.
 
     Attributes
     ----------
+    severity
+        The gravest of its findings'.
+    amount
+        The largest proven.
     compared
-        Answers that were compared in its cell.
+        Answers that were compared in the cell.
+    findings
+        Ids, to what tells a finding apart from the fault's others.
     """
 
-    id: str
-    key: str
     cell: CellKey
     symptom: str
-    severity: str
-    amount: float
-    count: int
-    state: str
     compared: int
+    severity: str = ""
+    amount: float = 0.0
+    count: int = 0
+    states: set[str] = field(default_factory=set)
+    findings: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def state(self) -> str:
+        """What the ledger says: NEW where any of its findings is."""
+        return next((state.value for state in State if state.value in self.states), "")
+
+    @property
+    def name(self) -> str:
+        """Engine, query, pair and symptom."""
+        return " · ".join((*self.cell, self.symptom))
+
+
+FaultKey = tuple[CellKey, str]
 
 
 @dataclass(frozen=True)
 class Report:
-    """A report that is compared with another: its run, and its findings by id."""
+    """A report that is compared with another: its run, its faults, and the ids of all findings."""
 
     run: Run
-    findings: dict[str, Told]
-    data: dict[str, Any] = field(repr=False)
+    faults: dict[FaultKey, Fault]
+    findings: frozenset[str]
 
 
 @dataclass(frozen=True)
 class Change:
-    """A finding that both runs have, or that moved: what is different, and whether for the worse."""
+    """A fault that is new, or that both runs have: what is different, and whether it is worse and no chance."""
 
-    before: Told
-    after: Told
+    fault: Fault
     what: tuple[str, ...]
     worse: bool
 
@@ -71,8 +92,8 @@ class Comparison:
 
     before: Report
     after: Report
-    new: tuple[Told, ...]
-    gone: tuple[tuple[Told, str], ...]
+    new: tuple[Change, ...]
+    gone: tuple[tuple[Fault, str], ...]
     """Each with what speaks for its being gone, or for its not having been asked."""
     changed: tuple[Change, ...]
     same: int
@@ -82,46 +103,50 @@ class Comparison:
 
     @property
     def worse(self) -> bool:
-        """Whether anything is new or has become worse."""
-        return bool(self.new) or any(c.worse for c in self.changed) or any(s.worse for s in self.errors)
+        """Whether anything is new or worse that chance does not explain."""
+        return any(c.worse for c in (*self.new, *self.changed)) or any(shift.worse for shift in self.errors)
 
 
 def report_at(place: Path) -> Report:
     """Read the report in a folder; raises `NoReport`."""
     data = read_report(place)
     run = run_from_data(data)
-    compared: dict[CellKey, int] = {}
-    for (engine, query, pair, _, kind), n in run.counts.items():
-        if kind in COMPARED:
-            compared[engine, query, pair] = compared.get((engine, query, pair), 0) + n
-    found = [_told(item, compared) for item in data["buckets"]]
-    return Report(run, {told.id: told for told in found}, data)
+    tallies = grouped(run, "engine", "query", "pair")
+    faults: dict[FaultKey, Fault] = {}
+    for item in data["buckets"]:
+        try:
+            _add(faults, item, tallies)
+        except DAMAGE as error:
+            raise NoReport(f"{name_of(item)} is damaged: {in_words(error)}") from None
+    return Report(run, faults, frozenset(name for fault in faults.values() for name in fault.findings))
 
 
-def _told(item: dict[str, Any], compared: dict[CellKey, int]) -> Told:
-    try:
-        names = ("id", "key", "engine", "query", "pair", "symptom", "state")
-        name, key, engine, query, pair, symptom, state = (str(item[n]) for n in names)
-        cell, severity = (engine, query, pair), str(item["severity"] or item["kind"])
-        amount, count = float(item["amount"]), int(item["count"])
-    except DAMAGE as error:
-        raise NoReport(f"{name_of(item)} is damaged: {in_words(error)}") from None
-    return Told(name, key, cell, symptom, severity, amount, count, state, compared.get(cell, 0))
+def _add(faults: dict[FaultKey, Fault], item: dict[str, Any], tallies: dict[tuple[str, ...], Counter[Kind]]) -> None:
+    """Add a finding to its fault."""
+    names = ("id", "key", "engine", "query", "pair", "symptom", "state")
+    name, key, engine, query, pair, symptom, state = (str(item[n]) for n in names)
+    cell, severity = (engine, query, pair), str(item["severity"] or item["kind"])
+    compared = total(tallies.get(cell, Counter()), COMPARED)
+    fault = faults.setdefault((cell, symptom), Fault(cell, symptom, compared))
+    fault.severity = min(fault.severity or severity, severity, key=_gravity)
+    fault.amount = max(fault.amount, float(item["amount"]))
+    fault.count += int(item["count"])
+    fault.states.add(state)
+    fault.findings[name] = key.removeprefix(f"{fault.name} · ")
 
 
 def compare(before: Report, after: Report) -> Comparison:
     """Set two reports against each other."""
-    only_before = [told for name, told in before.findings.items() if name not in after.findings]
-    only_after = [told for name, told in after.findings.items() if name not in before.findings]
-    moved = list(_moved(only_before, only_after))
-    both = [(told, after.findings[name]) for name, told in before.findings.items() if name in after.findings]
-    changes = [_change(*pair) for pair in (*both, *moved)]
-    told_moved = {told.id for pair in moved for told in pair}
+    both = [(fault, after.faults[key]) for key, fault in before.faults.items() if key in after.faults]
+    same_seed = before.run.seed == after.run.seed
+    changes = [_change(*pair, same_seed=same_seed) for pair in both]
+    new = (_new(fault, before, same_seed=same_seed) for key, fault in after.faults.items() if key not in before.faults)
+    gone = ((fault, _missing(fault, after)[0]) for key, fault in before.faults.items() if key not in after.faults)
     return Comparison(
         before,
         after,
-        new=tuple(told for told in only_after if told.id not in told_moved),
-        gone=tuple((told, _why(told, after)) for told in only_before if told.id not in told_moved),
+        new=tuple(sorted(new, key=lambda change: not change.worse)),
+        gone=tuple(gone),
         changed=tuple(sorted((c for c in changes if c.what), key=lambda change: not change.worse)),
         same=sum(not change.what for change in changes),
         errors=tuple(sorted(shifts(before.run.accuracy, after.run.accuracy), key=lambda shift: not shift.worse)),
@@ -130,41 +155,36 @@ def compare(before: Report, after: Report) -> Comparison:
     )
 
 
-def _moved(gone: Sequence[Told], new: Sequence[Told]) -> Iterator[tuple[Told, Told]]:
-    """Findings of one cell with one symptom that are shown by another scene now, each once."""
-    waiting: dict[tuple[CellKey, str], list[Told]] = {}
-    for told in new:
-        waiting.setdefault((told.cell, told.symptom), []).append(told)
-    for told in gone:
-        if alike := waiting.get((told.cell, told.symptom)):
-            yield told, alike.pop(0)
+def _new(fault: Fault, before: Report, *, same_seed: bool) -> Change:
+    """A fault that the run before did not meet, though it may have been there, unless it asked the same scenes."""
+    said, expected = _missing(fault, before)
+    certain = same_seed and said != NOT_ASKED and math.isclose(expected, fault.count)
+    return Change(fault, (said,), certain or math.exp(-expected) < CHANCE)
 
 
-def _why(told: Told, after: Report) -> str:
-    """What speaks for a finding's being gone."""
-    engine, query, pair = told.cell
-    asked = after.run.total(engine=engine, query=query, pair=pair, kinds=COMPARED)
+def _missing(fault: Fault, other: Report) -> tuple[str, float]:
+    """What speaks for a fault's not being in the other run, and how often it would have been met at its rate."""
+    engine, query, pair = fault.cell
+    asked = other.run.total(engine=engine, query=query, pair=pair, kinds=COMPARED)
     if not asked:
-        return NOT_ASKED
-    expected = told.count * asked / told.compared if told.compared else 0.0
-    return f"0 of {text.count(asked)}; {text.short(expected)} at the rate before"
+        return NOT_ASKED, 0.0
+    expected = fault.count * asked / fault.compared if fault.compared else 0.0
+    return f"0 of {text.count(asked)}, {text.short(expected)} at this rate", expected
 
 
-def _change(before: Told, after: Told) -> Change:
-    """What is different in one finding."""
+def _change(before: Fault, after: Fault, *, same_seed: bool) -> Change:
+    """What is different in one fault; how grave its worst scene is depends on the scenes, and so on the seed."""
     what, worse = [], False
-    if before.id != after.id:
-        what.append(f"was shown as {before.key.removeprefix(' · '.join((*before.cell, before.symptom)) + ' · ')}")
-    if before.severity != after.severity:
+    if before.severity != after.severity and same_seed:
         what.append(f"severity {before.severity} → {after.severity}")
         worse |= _gravity(after.severity) < _gravity(before.severity)
     if before.state != after.state:
         what.append(f"ledger {before.state} → {after.state}")
     if direction := _rate_changed(before, after):
-        rates = (f"{text.count(told.count)} of {text.count(told.compared)}" for told in (before, after))
+        rates = (f"{text.count(fault.count)} of {text.count(fault.compared)}" for fault in (before, after))
         what.append(f"{'more' if direction > 0 else 'less'} often: {' → '.join(rates)}")
         worse |= direction > 0
-    return Change(before, after, tuple(what), worse)
+    return Change(after, tuple(what), worse)
 
 
 def _gravity(severity: str) -> int:
@@ -173,7 +193,7 @@ def _gravity(severity: str) -> int:
     return order.index(severity) if severity in order else len(order)
 
 
-def _rate_changed(before: Told, after: Told) -> int:
+def _rate_changed(before: Fault, after: Fault) -> int:
     """1 where it is seen more often now, -1 where less, and 0 where chance explains the difference."""
     if not (before.compared and after.compared):
         return 0

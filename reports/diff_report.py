@@ -7,13 +7,15 @@ from dataclasses import dataclass
 
 from oracles.outcome import COMPARED
 from reports import html, text
-from reports.diff import Comparison, Report, Told
+from reports.diff import Change, Comparison, Fault, Report
 from reports.ledger import COLOURS
 from reports.markdown import escape, table_lines
 from reports.tables import Column, Entry, Table
 
 TITLE = "proxyproof: two runs compared"
 RANKS = {"median": "median", "p99": "99th percentile"}
+MOST_IDS = 4
+"""Findings of a fault that are named."""
 MOST_CELLS = 40
 """Cells that are named one by one where engines answer otherwise."""
 
@@ -28,9 +30,10 @@ class Part:
 
 def headline(found: Comparison) -> str:
     """What changed, in a sentence."""
-    worse = sum(change.worse for change in found.changed)
+    new, worse = (sum(change.worse for change in changes) for changes in (found.new, found.changed))
+    chance = len(found.new) - new
     said = [
-        f"{text.plural(len(found.new), 'new finding')}",
+        text.plural(new, "new fault") + (f" (and {text.count(chance)} that may be chance)" if chance else ""),
         f"{text.count(len(found.gone))} gone",
         f"{text.count(len(found.changed))} changed" + (f" ({text.count(worse)} for the worse)" if worse else ""),
         f"{text.count(found.same)} the same",
@@ -79,8 +82,20 @@ def _versions(found: Comparison) -> Iterator[tuple[str, str, str]]:
             yield text.visible(name), text.visible(old), text.visible(new)
 
 
-def _amount(told: Told) -> str:
-    return f"≥ {text.short(told.amount)}" if 0 < told.amount < float("inf") else "–"
+def _amount(fault: Fault) -> str:
+    return f"≥ {text.short(fault.amount)}" if 0 < fault.amount < float("inf") else "–"
+
+
+def _seen(fault: Fault) -> str:
+    return f"{text.count(fault.count)} of {text.count(fault.compared)}"
+
+
+def _name(fault: Fault) -> Entry:
+    """The fault, and below it its findings."""
+    named = [f"{name} {words}" for name, words in list(fault.findings.items())[:MOST_IDS]]
+    more = len(fault.findings) - MOST_IDS
+    notes = [*named, f"and {text.count(more)} more"] if more > 0 else named
+    return Entry(text.visible(fault.name), note="; ".join(text.visible(note).replace("; ", ", ") for note in notes))
 
 
 def _state(state: str) -> Entry:
@@ -88,37 +103,39 @@ def _state(state: str) -> Entry:
     return Entry(text.visible(state), state=colours.get(state, ""))
 
 
+def _worse(change: Change) -> Entry:
+    return Entry("worse", state="wrong") if change.worse else Entry("")
+
+
 def _new(found: Comparison) -> Table:
-    rows = [
-        (
-            *map(Entry, (text.visible(told.id), text.visible(told.key), text.visible(told.severity), _amount(told))),
-            Entry(f"{text.count(told.count)} of {text.count(told.compared)}"),
-            _state(told.state),
-        )
-        for told in found.new
-    ]
-    columns = (*map(Column, ("id", "finding", "severity")), Column("wrong by", True), Column("seen", True))
-    return Table("Findings that the run before does not have", (*columns, Column("ledger")), tuple(rows))
+    rows = []
+    for change in found.new:
+        fault = change.fault
+        said = (Entry(text.visible(fault.severity)), Entry(_amount(fault)), Entry(_seen(fault)), _state(fault.state))
+        rows.append((_name(fault), _worse(change), *said, Entry("; ".join(change.what))))
+    columns = (
+        *map(Column, ("fault, and its findings", "worse?", "severity")),
+        *(Column(name, numeric=True) for name in ("wrong by", "seen")),
+        *map(Column, ("ledger", "in the run before")),
+    )
+    return Table(
+        "Faults that the run before did not meet; worse where chance does not explain it", columns, tuple(rows)
+    )
 
 
 def _changed(found: Comparison) -> Table:
-    rows = []
-    for change in found.changed:
-        direction = Entry("worse", state="wrong") if change.worse else Entry("")
-        named = map(Entry, (text.visible(change.after.id), text.visible(change.after.key)))
-        rows.append((*named, direction, Entry(text.visible("; ".join(change.what)))))
-    columns = (Column("id"), Column("finding"), Column("worse?"), Column("what changed"))
-    return Table("Findings of both runs", columns, tuple(rows))
+    rows = [
+        (_name(change.fault), _worse(change), Entry(text.visible("; ".join(change.what)))) for change in found.changed
+    ]
+    return Table(
+        "Faults of both runs", tuple(map(Column, ("fault, and its findings", "worse?", "what changed"))), tuple(rows)
+    )
 
 
 def _gone(found: Comparison) -> Table:
-    rows = []
-    for told, why in found.gone:
-        seen = f"{text.count(told.count)} of {text.count(told.compared)}"
-        said = (text.visible(told.id), text.visible(told.key), text.visible(told.severity), seen, why)
-        rows.append(tuple(map(Entry, said)))
-    columns = (*map(Column, ("id", "finding", "severity")), Column("was seen", True), Column("now"))
-    return Table("Findings that the run after does not have", columns, tuple(rows))
+    rows = [(_name(fault), *map(Entry, (text.visible(fault.severity), _seen(fault), why))) for fault, why in found.gone]
+    columns = (*map(Column, ("fault, and its findings", "severity")), Column("was seen", True), Column("now"))
+    return Table("Faults that the run after did not meet", columns, tuple(rows))
 
 
 def _errors(found: Comparison) -> Table:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import PurePosixPath
 
 from oracles.engines import PACKAGES
 from oracles.outcome import COMPARED, FINDINGS, Bucket, Finding, Kind, Run, Verdict
@@ -103,13 +104,13 @@ def _versions(run: Run, bucket: Bucket) -> Iterator[str]:
 
 
 def _steps(bucket: Bucket, view: BucketView) -> Iterator[str]:
-    called = text.block(bucket.call, LONGEST_CALL + 1)
-    if not bucket.call:
-        yield "Ask for this scene:"
-    elif len(bucket.call) <= LONGEST_CALL:
-        yield from ("It needs nothing but the engine and numpy:", "", *fenced(called, "python"))
-    else:
-        yield f"The script {escape(view.file)}, to be attached, needs nothing but the engine and numpy."
+    called = text.block(bucket.call, LONGEST_CALL)
+    if 0 < len(bucket.call) <= LONGEST_CALL:
+        yield from ("This needs nothing but the engine and numpy:", "", *fenced(called, "python"), "")
+    if bucket.repro:
+        script = escape(PurePosixPath(view.file).name)
+        yield f"The attached script {script} asks the engine, checks the proof below with Python's standard library,"
+        yield "and ends with status 1 while the answer is wrong, with 0 once it is right."
     scene = bucket.witness.scene
     whole = shapes.is_whole(scene.a) and shapes.is_whole(scene.b)
     told = "in full precision" if whole else "of which the script has every number"

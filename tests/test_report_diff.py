@@ -45,12 +45,23 @@ def compared(data: Any, tmp_path: Path) -> Callable[[Callable[[Any], object]], C
 
 
 def new_one(data: Any) -> None:
-    data["buckets"].append({**data["buckets"][0], "id": "0123456789ab", "symptom": "false contact", "key": "a new one"})
+    data["buckets"].append({**data["buckets"][0], "id": "0123456789ab", "symptom": "a new one", "key": "any"})
 
 
-def moved(data: Any) -> None:
+def other_scene(data: Any) -> None:
     first = data["buckets"][0]
     first.update(id="0123456789ab", key=first["key"].replace("deep · 1e-1", "touching · 1e-2"))
+
+
+def split(data: Any) -> None:
+    first = data["buckets"][2]
+    other = {**first, "id": "0123456789ab", "key": first["key"] + "5", "count": first["count"] // 2}
+    first["count"] -= other["count"]
+    data["buckets"].append(other)
+
+
+def other_seed(data: Any) -> None:
+    data["seed"] += 1
 
 
 def counted(factor: float) -> Callable[[Any], None]:
@@ -75,22 +86,47 @@ def test_a_run_and_itself(compared: Any) -> None:
     assert (found.new, found.gone, found.changed, found.cells, found.entries) == ((), (), (), (), ())
     assert found.same == 10
     assert not found.worse
-    assert diff_report.headline(found) == "The same versions: 0 new findings, 0 gone, 0 changed, 10 the same."
+    assert diff_report.headline(found) == "The same versions: 0 new faults, 0 gone, 0 changed, 10 the same."
     assert [part.heading for part in diff_report.parts(found)] == ["What ran"]
 
 
-def test_new_finding_is_worse(compared: Any) -> None:
+def test_new_fault_is_worse(compared: Any) -> None:
     found = compared(new_one)
-    assert [told.id for told in found.new] == ["0123456789ab"]
+    assert [list(change.fault.findings) for change in found.new] == [["0123456789ab"]]
     assert found.worse
     assert found.same == 10
+
+
+@pytest.mark.parametrize(
+    ("count", "seed", "worse"), [(1, None, True), (1, other_seed, False), (4, other_seed, False), (5, other_seed, True)]
+)
+def test_rare_new_fault_may_be_chance_where_other_scenes_were_asked(
+    compared: Any, count: int, seed: Any, worse: bool
+) -> None:
+    def change(data: Any) -> None:
+        new_one(data)
+        data["buckets"][-1]["count"] = count
+        if seed:
+            seed(data)
+
+    found = compared(change)
+    assert found.worse is worse
+    assert ("1 new fault," if worse else "0 new faults (and 1 that may be chance),") in diff_report.headline(found)
+
+
+def test_new_fault_in_a_cell_that_was_not_asked_is_not_worse(data: Any, tmp_path: Path) -> None:
+    less = copy.deepcopy(data)
+    not_asked(less)
+    found = compare(*(report_at(saved(its, tmp_path / str(i))) for i, its in enumerate((less, data))))
+    assert [change.what for change in found.new] == [(NOT_ASKED,)]
+    assert not found.worse
 
 
 def test_gone_finding_is_not_worse(compared: Any) -> None:
     found = compared(lambda data: data["buckets"].pop(2))
     ((told, why),) = found.gone
     assert told.symptom == "ray hits behind the surface"
-    assert why == f"0 of {diff_report.text.count(told.compared)}; 1.23e+03 at the rate before"
+    assert why == f"0 of {diff_report.text.count(told.compared)}, 1.23e+03 at this rate"
     assert not found.worse
 
 
@@ -98,24 +134,33 @@ def test_finding_that_was_not_asked_for_is_told_so(compared: Any) -> None:
     assert [why for _, why in compared(not_asked).gone] == [NOT_ASKED]
 
 
-def test_finding_shown_by_another_scene_has_moved(compared: Any) -> None:
-    found = compared(moved)
-    assert (found.new, found.gone, found.same, found.worse) == ((), (), 9, False)
-    assert [change.what for change in found.changed] == [("was shown as deep · 1e-1",)]
+@pytest.mark.parametrize("change", [other_scene, split])
+def test_fault_shown_by_other_scenes_is_the_same(compared: Any, change: Any) -> None:
+    found = compared(change)
+    assert (found.new, found.gone, found.changed, found.same, found.worse) == ((), (), (), 10, False)
+    assert "0123456789ab" in found.after.findings
 
 
 @pytest.mark.parametrize(
     ("severity", "worse"), [("wrong boolean", True), ("small", False), ("no answer", True), ("anything", False)]
 )
-def test_severity(compared: Any, severity: str, worse: bool) -> None:
+def test_severity_of_the_same_scenes(compared: Any, severity: str, worse: bool) -> None:
     found = compared(lambda data: data["buckets"][2].update(severity=severity))
     assert [(change.what[0].split(" → ")[-1], change.worse) for change in found.changed] == [(severity, worse)]
     assert found.worse is worse
 
 
+def test_severity_of_other_scenes_is_chance(compared: Any) -> None:
+    def change(data: Any) -> None:
+        data["buckets"][2].update(severity="wrong boolean")
+        other_seed(data)
+
+    assert compared(change).changed == ()
+
+
 @pytest.mark.parametrize(
     ("factor", "said", "worse"),
-    [(1.0, [], False), (1.05, [], False), (1.9, [], False), (3.0, ["more"], True), (0.3, ["less"], False)],
+    [(1.0, [], False), (1.05, [], False), (2.9, [], False), (4.0, ["more"], True), (0.3, ["less"], False)],
 )
 def test_rates_have_changed_where_chance_does_not_explain_it(
     compared: Any, factor: float, said: list[str], worse: bool
@@ -138,7 +183,7 @@ def test_upgrade_cells_and_ledger_are_told(compared: Any) -> None:
         data["ledger"].pop(1)
 
     found = compared(change)
-    assert diff_report.headline(found).startswith("python-fcl 0.7.0.11 → 0.8: 0 new findings")
+    assert diff_report.headline(found).startswith("python-fcl 0.7.0.11 → 0.8: 0 new faults")
     assert [(old, new) for _, old, new in found.cells] == [("native", "unsupported")]
     assert found.entries == (("fcl · tolerance", "expected", "STALE"), ("fcl · mended", "STALE", "not there"))
     assert not found.worse
@@ -242,8 +287,8 @@ def test_diff_prints_and_its_status_tells(both: tuple[str, str], capsys: pytest.
     before, after = both
     assert cli.main(["diff", before, after]) == 1
     said = capsys.readouterr().out
-    assert said.startswith("python-fcl 0.7.0.11 → 0.8: 1 new finding, 1 gone, 1 changed (1 for the worse), 8 the same.")
-    assert "a new one" in said
+    assert said.startswith("python-fcl 0.7.0.11 → 0.8: 1 new fault, 1 gone, 1 changed (1 for the worse), 8 the same.")
+    assert "0123456789ab" in said
     assert cli.main(["diff", before, before + "/report.json"]) == 0
 
 

@@ -276,7 +276,7 @@ def test_issue_has_every_part_a_maintainer_needs(run: Run, texts: list[str]) -> 
         assert [line.lstrip("# ") for line in headings[1:6] if line.startswith("## ")] == wanted
         assert its.symptom in headings[0]
         assert {"fcl": "python-fcl 0.7.0.11", "bullet": "pybullet 3.2.7"}[its.engine] in text
-        assert its.repro.strip() in text
+        assert its.call.strip() in text
         assert "report.json" not in text
         for name in its.regimes:
             assert run.regimes[name] in text.replace("\\", "")
@@ -308,11 +308,13 @@ def test_issue_names_what_is_alike() -> None:
     assert f"- {like.key}: 355 times" in said
 
 
-def test_long_script_is_attached() -> None:
+def test_long_call_is_left_to_the_script() -> None:
     run = sample_run()
-    run.buckets[0].repro = "x = 1\n" * 5000
+    assert issues_of(run)[0].count("```") == 4
+    run.buckets[0].call = "x = 1\n" * 5000
     said = issues_of(run)[0]
-    assert "repro/001-fcl-boolean-Sphere-Capsule-missed-contact.py, to be attached" in said
+    assert said.count("```") == 2
+    assert "The attached script 001-fcl-boolean-Sphere-Capsule-missed-contact.py asks the engine" in said
     assert len(said) < 5000
 
 
