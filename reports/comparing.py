@@ -73,9 +73,9 @@ def _write(path: Path, content: str) -> None:
 def _print(headline: str, parts: Iterable[Part]) -> None:
     from rich.text import Text  # noqa: PLC0415
 
-    from reports.console import console, rich_table, section  # noqa: PLC0415
+    from reports.console import console, fitted, section  # noqa: PLC0415
 
     shown = console()
     shown.print(Text(headline, "bold"))
     for part in parts:
-        section(shown, part.heading, rich_table(part.table))
+        section(shown, part.heading, fitted(part.table, shown.width))

@@ -18,6 +18,9 @@ from reports.tables import Table
 PLAIN_WIDTH = 120
 """Columns where the output is no terminal and has no width of its own."""
 
+ROOMY, FEW_COLUMNS = 100, 3
+"""Columns of a terminal in which any table fits, and how many a table may have in a narrower one."""
+
 STYLES = {
     "wrong": "red",
     "inconsistent": "red",
@@ -52,6 +55,25 @@ def rich_table(table: Table) -> RichTable:
             if entry.note:
                 cell.append("\n" + entry.note.replace("; ", "\n"), "dim")
         form.add_row(*cells)
+    return form
+
+
+def fitted(table: Table, width: int) -> RichTable:
+    """Return a table, or where it has more columns than fit, its rows one below the other."""
+    if width >= ROOMY or len(table.columns) <= FEW_COLUMNS:
+        return rich_table(table)
+    form = RichTable.grid()
+    form.add_column(overflow="fold")
+    for row in table.rows:
+        shown = Text(row[0].text, "bold")
+        if row[0].note:
+            shown.append("\n" + row[0].note.replace("; ", "\n"), "dim")
+        shown.append("\n")
+        said = zip(table.columns[1:], row[1:], strict=True)
+        told = (
+            Text(f"{column.title}: {entry.text}", STYLES.get(entry.state, "")) for column, entry in said if entry.text
+        )
+        form.add_row(shown + Text("; ").join(told) + Text("\n"))
     return form
 
 

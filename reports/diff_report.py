@@ -114,7 +114,7 @@ def _new(found: Comparison) -> Table:
         said = (Entry(text.visible(fault.severity)), Entry(_amount(fault)), Entry(_seen(fault)), _state(fault.state))
         rows.append((_name(fault), _worse(change), *said, Entry("; ".join(change.what))))
     columns = (
-        *map(Column, ("fault, and its findings", "worse?", "severity")),
+        *map(Column, ("fault, and its findings", "judged", "severity")),
         *(Column(name, numeric=True) for name in ("wrong by", "seen")),
         *map(Column, ("ledger", "in the run before")),
     )
@@ -128,7 +128,7 @@ def _changed(found: Comparison) -> Table:
         (_name(change.fault), _worse(change), Entry(text.visible("; ".join(change.what)))) for change in found.changed
     ]
     return Table(
-        "Faults of both runs", tuple(map(Column, ("fault, and its findings", "worse?", "what changed"))), tuple(rows)
+        "Faults of both runs", tuple(map(Column, ("fault, and its findings", "judged", "what changed"))), tuple(rows)
     )
 
 
@@ -148,7 +148,7 @@ def _errors(found: Comparison) -> Table:
             *map(text.short, (shift.before, shift.after)),
         )
         rows.append((*map(Entry, said), direction))
-    columns = (Column("cell"), Column("error"), Column("before", True), Column("after", True), Column("worse?"))
+    columns = (Column("cell"), Column("error"), Column("before", True), Column("after", True), Column("judged"))
     return Table("Relative errors that are clearly larger or smaller", columns, tuple(rows))
 
 

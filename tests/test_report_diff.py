@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import copy
+import io
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from markdown_it import MarkdownIt
+from rich.console import Console
 
 from oracles.accuracy import Accuracy, Errors, Spread
 from oracles.outcome import Run
 from oracles.scene import DISTANCE
 from reports import cli, diff_report, summary
+from reports.console import fitted
 from reports.diff import NOT_ASKED, Comparison, compare, report_at
 from reports.diff_accuracy import shifts
 from tests.sample_run import Page, sample_run
@@ -290,6 +294,17 @@ def test_diff_prints_and_its_status_tells(both: tuple[str, str], capsys: pytest.
     assert said.startswith("python-fcl 0.7.0.11 → 0.8: 1 new fault, 1 gone, 1 changed (1 for the worse), 8 the same.")
     assert "0123456789ab" in said
     assert cli.main(["diff", before, before + "/report.json"]) == 0
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_every_width_tells_everything(compared: Any, width: int) -> None:
+    for part in diff_report.parts(compared(everything)):
+        written = io.StringIO()
+        Console(file=written, width=width).print(fitted(part.table, width))
+        assert max(map(len, written.getvalue().splitlines())) <= width
+        shown = set(re.split(r"[\s;]+", written.getvalue()))
+        said = " ".join(f"{entry.text} {entry.note}" for row in part.table.rows for entry in row)
+        assert set(re.split(r"[\s;]+", said)) <= shown | {""}
 
 
 def test_diff_is_written_where_it_is_asked_to(
