@@ -29,7 +29,7 @@ from oracles.scene import Cell, cells_of
 from oracles.store import Store
 from oracles.tasks import CertifyTask, ShrinkTask, Task, perform
 
-CERTIFYING = 15.0
+CERTIFYING = 30.0
 """Seconds that may be spent on proving the worst errors."""
 SHRINKING = 30.0
 """Seconds beyond the budget that may be spent on making witnesses small."""

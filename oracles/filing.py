@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
+
+import duckdb
 
 from oracles import closing
 from oracles.accuracy import Accuracy, Extreme, ExtremeKey, keep_worst
@@ -75,10 +77,15 @@ class Filing:
         return [tuple(of_pair) for of_pair in every.values()]
 
     def measure(self, files: Sequence[Path]) -> None:
-        """Take errors by rank from the files of a record, and from what is in none."""
-        with Measured(files, self.sums.sheets) as measured:
-            errors, points = measured.errors(self.sums.certified), measured.points()
-        self.run.accuracy = Accuracy(errors, points, speeds_of(self.sums.efforts))
+        """Take errors by rank from the files of a record, and from what is in none; a lost file costs no more."""
+        self.run.accuracy = Accuracy(speeds=speeds_of(self.sums.efforts))
+        try:
+            with Measured(files, self.sums.sheets) as measured:
+                errors, points = measured.errors(self.sums.certified), measured.points()
+        except duckdb.Error as error:
+            self.run.problems.append(f"the accuracy is not known: {str(error).splitlines()[0][:300]}")
+        else:
+            self.run.accuracy = replace(self.run.accuracy, errors=errors, points=points)
 
     def _file_findings(self, task: Task, outcome: Outcome) -> None:
         if isinstance(task, ShrinkTask):

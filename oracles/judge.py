@@ -21,7 +21,7 @@ from oracles.outcome import Kind, Severity, Verdict
 from oracles.reference import UNIONS, error_of, proven
 from oracles.rules import Rules
 from oracles.scene import Cell, Scene
-from oracles.screening import CRASHED, RAISED, TIMED_OUT, Screening, fate_of, screen
+from oracles.screening import CRASHED, RAISED, TIMED_OUT, Screening, Sides, fate_of, screen
 from oracles.words import conviction, said_of, severity_of
 from refimpl import Proxy, distance
 from refimpl.proof import Certificate, InvalidCertificate
@@ -146,16 +146,18 @@ class Judge:
         return doubtful or Verdict(Kind.AGREES)
 
     def proven_error(self, scene: Scene, answers: Answers) -> Verdict:
-        """How far off the one value in `answers` is proven to be at least, on the shapes that speak for the engine.
+        """How far off the one value in `answers` is proven to be at least; undecided where there is none.
 
-        Undecided where there is no value.
+        As in the screening, where the answer breaks a claim the effective shapes may speak for the engine.
         """
         nominal = self.rules.questioned(scene.cell, scene.a[None], scene.b[None], answers)
         if not nominal.answered[0] or nominal.unusable[0]:
             return Verdict(Kind.UNDECIDED)
-        effective = self.rules.effectively(scene.cell, nominal.a, nominal.b, answers)
+        questions = [nominal]
+        if Sides.of(self.rules, scene.cell, nominal).violated.any():
+            questions.append(self.rules.effectively(scene.cell, nominal.a, nominal.b, answers))
         found: list[Exact] = []
-        for rows in (nominal, effective):
+        for rows in questions:
             least: Exact = 0.0
             for claim in (claim for claim in rows.claims() if claim.measures is not None and claim.made[0]):
                 known = self._interval(claim, scene)

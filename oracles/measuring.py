@@ -47,7 +47,7 @@ FROM judged
 GROUP BY GROUPING SETS ((engine, query), (engine, query, pair), (engine, query, pair, regime))
 HAVING count(*) FILTER ({ANSWERED} OR {LOST}) > 0
 """
-STEPS = 2
+STEPS = 1
 """Bins of a plot to a power of ten."""
 BY_BIN = f"""
 SELECT engine, query, quantile_disc(x, 0.5) AS middle, count(*), {RANKS.format("y")}

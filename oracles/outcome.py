@@ -179,8 +179,10 @@ class Bucket:
     state: State = State.NEW
     cause: str = ""
     """What the entry says."""
+    call: str = ""
+    """The calls of the engine alone, as its users would write them; they print its answer."""
     repro: str = ""
-    """A stand-alone script of the engine alone that shows the wrong answer."""
+    """A stand-alone script that asks the engine, carries the proof, checks it and judges the answer."""
 
     @property
     def key(self) -> str:

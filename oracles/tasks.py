@@ -24,7 +24,7 @@ from oracles.judges import finding_of
 from oracles.ledger.replay import Replayed, replay
 from oracles.ledger.witness import Witness
 from oracles.library import using
-from oracles.outcome import Finding, Kind, Outcome
+from oracles.outcome import Finding, Kind, Outcome, Verdict
 from oracles.relating import relating
 from oracles.scene import Cell
 from oracles.shrink import shrink_all
@@ -144,15 +144,18 @@ class CertifyTask(Task):
     def do(self, shop: Workshop) -> Outcome:
         """Ask and prove."""
         outcome = Outcome()
+        verdicts: dict[tuple[str, str], Verdict] = {}
         for key, extreme in self.extremes:
-            bench = shop.bench(key[0])
-            answers = bench.ask(extreme.scene)
-            with timed("proofs"):
-                verdict = bench.judges.proven_error(extreme.scene, answers)
-            if verdict.kind is Kind.REFERENCE_WRONG:
-                outcome.findings.append(finding_of(bench.name, extreme.scene, answers, verdict))
-            elif verdict.kind is Kind.AGREES:
-                outcome.certified[key] = Extreme(extreme.scene, verdict.amount).amount(key[3])
+            bench, scene = shop.bench(key[0]), extreme.scene
+            about = bench.name, scene.id  # the worst absolute error often is the worst relative one too
+            if about not in verdicts:
+                answers = bench.ask(scene)
+                with timed("proofs"):
+                    verdicts[about] = bench.judges.proven_error(scene, answers)
+                if verdicts[about].kind is Kind.REFERENCE_WRONG:
+                    outcome.findings.append(finding_of(bench.name, scene, answers, verdicts[about]))
+            if verdicts[about].kind is Kind.AGREES:
+                outcome.certified[key] = Extreme(scene, verdicts[about].amount).amount(key[3])
         return outcome
 
 

@@ -15,11 +15,14 @@ NOTE = (
     "An error is what is beyond doubt: the distance of the answer from the reference's, less what the reference may "
     "err by (1e-14 to 1e-12 of the scene's size); 0 is below that. It is relative to the scene's largest coordinate, "
     "extent or velocity. Below it stands the error itself, a length, of impacts a velocity, of rays how far the hit is "
-    "from the surface. The worst errors of each cell are proven by certificates."
+    "from the surface. The worst errors of each cell are proven by certificates; of "
+    "those after ≥ floats alone are certain."
 )
-RANKS = ("median", "99 %", "worst")
+RANKS = ("median", "99\u202f%", "worst")
 UNPROVEN = "≥"
 """Before a worst error that is certain by floats, and was not proven one by one."""
+NEARLY_ALL = 0.99
+"""A proof of less than this share of an error is not that of the error."""
 MICRO = 1e6
 MOST_WORST = 12
 """Cells of an engine in the table of the worst."""
@@ -67,7 +70,7 @@ def _counted(row: Errors) -> Iterator[Entry]:
 
 def worst_cells(found: Accuracy, engine: str) -> Table:
     """The cells in which an engine errs most, the worst relative error first."""
-    rows = sorted(_valued(found, engine), key=lambda row: -_worst(row, relative=True))[:MOST_WORST]
+    rows = sorted(_valued(found, engine), key=lambda row: -_worst(row, relative=True)[0])[:MOST_WORST]
     columns = [Column("pair · query"), *(Column(rank, numeric=True) for rank in RANKS), Column("worst in"), *_COUNTS]
     return Table(
         f"{text.visible(engine)}: the pairs with the largest errors relative to the scene's size",
@@ -80,7 +83,7 @@ def worst_cells(found: Accuracy, engine: str) -> Table:
                 *_counted(row),
             )
             for row in rows
-            if _worst(row, relative=True) > 0
+            if _worst(row, relative=True)[0] > 0
         ),
     )
 
@@ -119,17 +122,18 @@ def _entries(row: Errors, regimes: Sequence[Errors] = ()) -> list[Entry]:
     ]
 
 
-def _worst(row: Errors, *, relative: bool) -> float:
-    """The worst error: as it is proven, or as floats are certain of it."""
+def _worst(row: Errors, *, relative: bool) -> tuple[float, bool]:
+    """The worst error, and whether a certificate proves it; else floats are certain of more than is proven."""
     spread, proven = (row.relative, row.proven_relative) if relative else (row.absolute, row.proven_absolute)
     by_floats = spread.worst if spread else 0.0
-    return by_floats if proven is None else proven
+    if proven is None or proven < NEARLY_ALL * by_floats:
+        return by_floats, not by_floats
+    return proven, True
 
 
 def _shown_worst(row: Errors, *, relative: bool) -> str:
-    worst = _worst(row, relative=relative)
-    proven = row.proven_relative if relative else row.proven_absolute
-    return _short(worst) if proven is not None or not worst or not row.pair else f"{UNPROVEN} {_short(worst)}"
+    worst, proven = _worst(row, relative=relative)
+    return _short(worst) if proven or not row.pair else f"{UNPROVEN} {_short(worst)}"
 
 
 def _short(value: float) -> str:

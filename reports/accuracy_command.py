@@ -94,19 +94,21 @@ def show(tables: Sequence[Table], *, markdown: bool) -> None:
     for table in tables:
         console.print(Text(table.caption, "bold"))
         console.print(_rich(table))
+        console.print()
     console.print(Text(NOTE, "dim"))
 
 
 def _rich(table: Table) -> RichTable:
-    """A table whose notes stand behind what they are notes on."""
+    """A table whose notes stand below what they are notes on."""
     from rich.box import SIMPLE_HEAD  # noqa: PLC0415
     from rich.table import Table as RichTable  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
     form = RichTable(box=SIMPLE_HEAD, show_edge=False, header_style="bold")
     for column in table.columns:
-        heading = Text("\n".join(filter(None, (column.group, column.title))))
-        form.add_column(heading, justify="right" if column.numeric else "left", no_wrap=not column.numeric)
+        words = column.title.split(" ") if column.numeric else [column.title]
+        heading = Text("\n".join(filter(None, (column.group, *words))))
+        form.add_column(heading, justify="right" if column.numeric else "left", no_wrap=True)
     for row in table.rows:
-        form.add_row(*(Text(f"{entry.text} ({entry.note})" if entry.note else entry.text) for entry in row))
+        form.add_row(*(Text("\n".join(filter(None, (entry.text, entry.note)))) for entry in row))
     return form

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from reports.diff_report import Part
 
 NOT_WORSE, WORSE = 0, 1
-ENDINGS = (".md",)
+ENDINGS = (".html", ".md")
 
 
 def _report(name: str) -> Any:
@@ -32,7 +32,7 @@ def diff(
         typer.Option(
             parser=options.place("--out", "file"),
             metavar="FILE",
-            help="Write it to this file, as Markdown (.md); may be repeated.",
+            help="Write it to this file, as HTML (.html) or Markdown (.md); may be repeated.",
         ),
     ] = None,
     markdown: Annotated[bool, typer.Option("--markdown", help="Print it as Markdown.")] = False,
@@ -51,7 +51,7 @@ def diff(
             raise BadInput(f"--out must end in {' or '.join(ENDINGS)}, got {str(path)!r}")
     with options.reading():
         found = compare(report_at(before), report_at(after))
-    forms = {".md": diff_report.as_markdown}
+    forms = {".html": diff_report.as_html, ".md": diff_report.as_markdown}
     for path in out or ():
         _write(path, forms[path.suffix](found))
     if markdown:

@@ -15,6 +15,7 @@ from typing import Any
 
 from oracles.outcome import COMPARED, Run, Severity
 from reports import text
+from reports.diff_accuracy import Shift, shifts
 from reports.reading import DAMAGE, NoReport, in_words, name_of, read_report, run_from_data
 from reports.tables import CellKey
 
@@ -75,13 +76,14 @@ class Comparison:
     """Each with what speaks for its being gone, or for its not having been asked."""
     changed: tuple[Change, ...]
     same: int
+    errors: tuple[Shift, ...]
     cells: tuple[tuple[CellKey, str, str], ...]
     entries: tuple[tuple[str, str, str], ...]
 
     @property
     def worse(self) -> bool:
         """Whether anything is new or has become worse."""
-        return bool(self.new) or any(change.worse for change in self.changed)
+        return bool(self.new) or any(c.worse for c in self.changed) or any(s.worse for s in self.errors)
 
 
 def report_at(place: Path) -> Report:
@@ -122,6 +124,7 @@ def compare(before: Report, after: Report) -> Comparison:
         gone=tuple((told, _why(told, after)) for told in only_before if told.id not in told_moved),
         changed=tuple(sorted((c for c in changes if c.what), key=lambda change: not change.worse)),
         same=sum(not change.what for change in changes),
+        errors=tuple(sorted(shifts(before.run.accuracy, after.run.accuracy), key=lambda shift: not shift.worse)),
         cells=tuple(_cells(before.run, after.run)),
         entries=tuple(_entries(before.run, after.run)),
     )

@@ -1,4 +1,4 @@
-"""The comparison of two runs as tables and sentences, and from these as Markdown."""
+"""The comparison of two runs as tables and sentences, and from these as Markdown and HTML."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from oracles.outcome import COMPARED
-from reports import text
+from reports import html, text
 from reports.diff import Comparison, Report, Told
 from reports.ledger import COLOURS
 from reports.markdown import escape, table_lines
 from reports.tables import Column, Entry, Table
 
 TITLE = "proxyproof: two runs compared"
+RANKS = {"median": "median", "p99": "99th percentile"}
 MOST_CELLS = 40
 """Cells that are named one by one where engines answer otherwise."""
 
@@ -34,6 +35,10 @@ def headline(found: Comparison) -> str:
         f"{text.count(len(found.changed))} changed" + (f" ({text.count(worse)} for the worse)" if worse else ""),
         f"{text.count(found.same)} the same",
     ]
+    if found.errors:
+        better = sum(not shift.worse for shift in found.errors)
+        cells = text.plural(len(found.errors) - better, "cell")
+        said.append(f"less accurate in {cells}, more in {text.count(better)}")
     upgrades = [f"{name} {old} → {new}" for name, old, new in _versions(found)]
     return f"{', '.join(upgrades) or 'The same versions'}: {', '.join(said)}."
 
@@ -44,6 +49,7 @@ def parts(found: Comparison) -> list[Part]:
         Part("New", _new(found)),
         Part("Changed", _changed(found)),
         Part("Gone", _gone(found)),
+        Part("Accuracy", _errors(found)),
         Part("Cells answered otherwise", _cells(found)),
         Part("Ledger", _entries(found)),
         Part("What ran", _ran(found)),
@@ -57,6 +63,11 @@ def as_markdown(found: Comparison) -> str:
     for part in parts(found):
         lines += [f"## {part.heading}", "", *table_lines(part.table), ""]
     return "\n".join(lines)
+
+
+def as_html(found: Comparison) -> str:
+    """Return the comparison as one file of HTML."""
+    return html.page("diff.html.jinja", title=TITLE, headline=headline(found), parts=parts(found))
 
 
 def _versions(found: Comparison) -> Iterator[tuple[str, str, str]]:
@@ -96,7 +107,7 @@ def _changed(found: Comparison) -> Table:
         direction = Entry("worse", state="wrong") if change.worse else Entry("")
         named = map(Entry, (text.visible(change.after.id), text.visible(change.after.key)))
         rows.append((*named, direction, Entry(text.visible("; ".join(change.what)))))
-    columns = (Column("id"), Column("finding"), Column(""), Column("what changed"))
+    columns = (Column("id"), Column("finding"), Column("worse?"), Column("what changed"))
     return Table("Findings of both runs", columns, tuple(rows))
 
 
@@ -108,6 +119,20 @@ def _gone(found: Comparison) -> Table:
         rows.append(tuple(map(Entry, said)))
     columns = (*map(Column, ("id", "finding", "severity")), Column("was seen", True), Column("now"))
     return Table("Findings that the run after does not have", columns, tuple(rows))
+
+
+def _errors(found: Comparison) -> Table:
+    rows = []
+    for shift in found.errors:
+        direction = Entry("worse", state="wrong") if shift.worse else Entry("better", state="ok")
+        said = (
+            " · ".join(map(text.visible, shift.cell)),
+            RANKS[shift.rank],
+            *map(text.short, (shift.before, shift.after)),
+        )
+        rows.append((*map(Entry, said), direction))
+    columns = (Column("cell"), Column("error"), Column("before", True), Column("after", True), Column("worse?"))
+    return Table("Relative errors that are clearly larger or smaller", columns, tuple(rows))
 
 
 def _cells(found: Comparison) -> Table:

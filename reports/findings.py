@@ -141,15 +141,12 @@ def _view(number: int, bucket: Bucket, known: History | None) -> BucketView:
 
 
 def _script(bucket: Bucket) -> str:
-    """The repro script, headed by what it is about and what is true."""
-    if not bucket.repro:
-        return ""
-    finding = bucket.witness
-    lines = [bucket.key, *(f"{label} = {words}" for label, words in proxies(finding.scene)[:2])]
-    lines.append(finding.verdict.claim or fact(finding))
-    if finding.verdict.kind is Kind.TIMED_OUT:
-        lines.append("This script does not return: the engine has no time limit of its own.")
-    return "".join(f"# {text.visible(line, limit=1000)}\n" for line in lines) + bucket.repro
+    """The repro script, headed by the bucket that it is of; a first line for the shell stays the first."""
+    first, newline, rest = bucket.repro.partition("\n")
+    line = f"# {text.visible(bucket.key, limit=1000)}\n"
+    if first.startswith("#!"):
+        return f"{first}{newline}{line}{rest}"
+    return line + bucket.repro if bucket.repro else ""
 
 
 def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:

@@ -51,6 +51,12 @@ def render(run: Run) -> str:
     )
 
 
+def page(template: str, **values: object) -> str:
+    """Return another page in the report's style, without a script."""
+    environment = _environment()
+    return environment.get_template(template).render(**values, style=_style(environment, 0))
+
+
 def column_groups(table: Table) -> list[tuple[str, int]]:
     """Headings above the headings: name and width of each run of columns that share one; empty without any."""
     groups = [(name, len(list(columns))) for name, columns in groupby(table.columns, key=lambda column: column.group)]

@@ -7,6 +7,7 @@ may set another colour. There are neither styles nor scripts inside.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -42,6 +43,10 @@ ROOM = 26.0
 """Pixels between a label and one at the end of the axis."""
 FEWEST = 20
 """Scenes of a bin whose ranks are drawn; of fewer, only the worst."""
+FAR = 100.0
+"""Factor between bins that are no neighbours."""
+FEWEST_BINS = 3
+"""Of a query that is worth a panel."""
 
 TITLES = {
     SCALE: ("Error against scale", "scene's largest coordinate, extent or velocity", "error, as a length"),
@@ -66,7 +71,7 @@ def plots(run: Run) -> tuple[Plot, ...]:
     named = engines(run)
     found = []
     for axis in AXES:
-        points = [point for point in run.accuracy.points if point.axis == axis and point.engine in named]
+        points = _worth_a_panel([p for p in run.accuracy.points if p.axis == axis and p.engine in named])
         if points:
             title, across, up = TITLES[axis]
             caption = (
@@ -76,6 +81,12 @@ def plots(run: Run) -> tuple[Plot, ...]:
             )
             found.append(Plot(title, caption, _svg(axis, points, named)))
     return tuple(found)
+
+
+def _worth_a_panel(points: Sequence[Point]) -> list[Point]:
+    """Leave out queries of which there is no course to be seen."""
+    bins = Counter((point.engine, point.query) for point in points)
+    return [point for point in points if max(n for (_, q), n in bins.items() if q == point.query) >= FEWEST_BINS]
 
 
 # -- axes ----------------------------------------------------------------------------------------------------
@@ -173,18 +184,39 @@ def _lines(points: Sequence[Point], named: Sequence[str], x: Axis, y: Axis) -> I
     """Of each engine: medians as a line, the 99th percentile dashed, the worst as marks."""
     for number, engine in enumerate(named):
         mine = [point for point in points if point.engine == engine]
-        known = [point for point in mine if point.count >= FEWEST]
         yield f"<g {_series(number)}>"
-        if known:
+        stretches = list(_stretches(mine))
+        if stretches:
             medians, most = (
-                _path((x.at(point.x), y.at(getattr(point.errors, rank))) for point in known) for rank in RANKS
+                "".join(
+                    _path((x.at(point.x), y.at(getattr(point.errors, rank))) for point in part) for part in stretches
+                )
+                for rank in RANKS
             )
-            yield f'<path d="{medians}" fill="none" stroke-width="2"/>'
+            yield f'<path d="{medians}" fill="none" stroke-width="2" stroke-linecap="round"/>'
             yield f'<path d="{most}" fill="none" stroke-dasharray="5 3"/>'
         for point in mine:
             place = f"{x.at(point.x):.1f} {y.at(point.errors.worst):.1f}"
             yield f'<path d="{_mark(number)}" transform="translate({place})"/>'
         yield "</g>"
+
+
+def _stretches(points: Sequence[Point]) -> Iterator[list[Point]]:
+    """Neighbouring bins with enough scenes; a line across bins of which little is known would say too much."""
+    part: list[Point] = []
+    for point in points:
+        if part and (point.count < FEWEST or not _next_to(part[-1].x, point.x)):
+            yield part
+            part = []
+        if point.count >= FEWEST:
+            part.append(point)
+    if part:
+        yield part
+
+
+def _next_to(x: float, other: float) -> bool:
+    """Whether two medians may be those of neighbouring decades."""
+    return x > 0 and other < math.inf and other / x < FAR
 
 
 def _series(number: int) -> str:
@@ -197,7 +229,9 @@ def _mark(number: int) -> str:
 
 
 def _path(places: Iterable[tuple[float, float]]) -> str:
-    return "M" + "L".join(f"{across:.1f} {up:.1f}" for across, up in places)
+    """A line, of a single place a dot."""
+    words = [f"{across:.1f} {up:.1f}" for across, up in places]
+    return f"M{'L'.join(words)}" if len(words) > 1 else f"M{words[0]}h0"
 
 
 def _in_words(query: str, points: Sequence[Point], named: Sequence[str]) -> str:

@@ -150,6 +150,7 @@ def bucket(engine: str, scene: Scene, verdict: Verdict, regimes: dict[str, int],
         "proven": min(3, count),
         "worst": verdict.amount,
         "regimes": Counter(regimes),
+        "call": SCRIPT,
         "repro": SCRIPT,
     }
     return Bucket(

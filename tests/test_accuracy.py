@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 from oracles.accuracy import ABSOLUTE, ASPECT, GAP, RELATIVE, SCALE, Errors, Extreme, Point, Spread, keep_worst
-from oracles.answers import reference_for
+from oracles.answers import reference_answers, reference_for, take
 from oracles.aspect import aspect_of
+from oracles.buckets import Buckets
 from oracles.campaign import run_campaign
 from oracles.draws import NumpyDraws
 from oracles.engine import COLUMNS, WIDTH, Answers, Status
+from oracles.filing import Filing
 from oracles.impact_regimes import IMPACT_REGIMES
 from oracles.judges import Judges
 from oracles.ledger import Ledger
@@ -45,7 +47,7 @@ from refimpl import (
 )
 from refimpl import Point as PointProxy
 from tests.lawful_engines import ALWAYS, BUSY_FOR, OF_ASPECT, OF_GAP, OF_SIZE, Busy, Lawful
-from tests.test_judge import Exact, NoDepth
+from tests.test_judge import Exact, Grown, NoDepth
 from tests.wrong_engines import spec
 
 PAIRS = ["Sphere–Sphere", "Point–Sphere", "Sphere–AABB"]
@@ -191,6 +193,17 @@ def test_a_run_of_which_nothing_is_known_has_no_errors() -> None:
         assert (measured.errors({}), measured.points()) == ((), ())
 
 
+def test_a_record_that_is_lost_costs_a_run_its_errors_and_nothing_else(tmp_path: Path) -> None:
+    filing = Filing(Run(0, 1.0, ""), Buckets(Ledger()))
+    filing.sums.spend({("one", DISTANCE, "Sphere–Sphere"): (10, 0.5)})
+    (tmp_path / "damaged.parquet").write_bytes(b"PAR1 nothing PAR1")
+    for name in ("damaged.parquet", "none.parquet"):
+        filing.measure([tmp_path / name])
+        assert filing.run.problems.pop().startswith("the accuracy is not known: ")
+        assert filing.run.accuracy.errors == ()
+        assert [speed.answers for speed in filing.run.accuracy.speeds] == [10]
+
+
 def test_the_worse_of_two_is_kept_and_the_first_of_equals() -> None:
     small, large = (Scene(DISTANCE, Sphere([0, 0, 0], r), Sphere([0, 0, r], r), "generic") for r in (1.0, 100.0))
     known: dict[tuple[str, str, str, str], Extreme] = {}
@@ -233,6 +246,26 @@ def test_what_is_proven_of_an_answer_is_its_error(name: str) -> None:
         assert verdict.amount == pytest.approx(abs(by), abs=1e-8)
         assert verdict.amount <= abs(by) + 1e-14
     assert judges.proven_error(scene, reference_for(scene)).amount < 1e-13
+
+
+@pytest.mark.parametrize("engine", [Exact(), Exact(absolute=0.1), Grown()], ids=["exact", "lax", "grown"])
+@pytest.mark.parametrize("kinds", [(Sphere, Box), (Capsule, Capsule), (Ray, Box)], ids=lambda x: x[0].__name__)
+def test_what_is_proven_is_what_the_screening_was_certain_of(engine: Exact, kinds: tuple[type[Proxy], ...]) -> None:
+    a, b = REGIMES["generic"](NumpyDraws(4, (1,), 12), *kinds)
+    query = RAYCAST if isinstance(a, Ray) else DISTANCE
+    right = reference_answers(query, a, b)
+    table = np.full((len(a), WIDTH), np.nan)
+    by = np.tile([0.0, 1e-3, -1e-3, 0.05, -0.05, 0.3], 2)
+    for name, values in (("hit", right.hit), ("distance", right.distance - by), ("t", right.t + by)):
+        table[:, COLUMNS[name]] = values[:, None]
+    answers, judges = Answers.from_table(right.status, table, {}), Judges(engine)
+    screening = judges.screen(Cell(query, *kinds), a, b, None, answers)
+    seen = 0
+    for i in np.flatnonzero(~np.isnan(screening.error)):
+        verdict = judges.proven_error(Scene(query, a[i], b[i], "generic"), take(answers, [i]))
+        assert verdict.amount == pytest.approx(screening.error[i], abs=1e-9)
+        seen += verdict.amount > 1e-4
+    assert seen > 2
 
 
 def test_what_is_proven_of_a_ray_is_how_far_its_hit_is_from_the_surface() -> None:

@@ -17,7 +17,7 @@ from oracles.accuracy import ASPECT, GAP, SCALE, Accuracy, Errors, Point, Speed,
 from oracles.outcome import Run
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
 from reports import plots as drawing
-from reports.accuracy import accuracy
+from reports.accuracy import accuracy, by_pair
 from reports.accuracy_data import accuracy_data, accuracy_from, as_csv
 from reports.cli import main
 from reports.folder import write
@@ -65,13 +65,15 @@ ACCURACY = Accuracy(
     (
         *(
             Point("one", DISTANCE, SCALE, 10.0**k, FEWEST, Spread(10.0 ** (k - 9), 10.0 ** (k - 6), 10.0**k))
-            for k in (-3, 0, 3)
+            for k in (-1, 0, 1)
         ),
-        Point("one", DISTANCE, SCALE, 1e4, FEWEST - 1, Spread(1.0, 1.0, 1.0)),
+        Point("one", DISTANCE, SCALE, 1e2, FEWEST - 1, Spread(1.0, 1.0, 1.0)),
+        Point("one", DISTANCE, SCALE, 1e3, FEWEST, Spread(1.0, 1.0, 1.0)),
         Point("two", CONTACTS, SCALE, 1.0, FEWEST, Spread(0.0, 1e-8, 1e-5)),
         Point("two", CONTACTS, GAP, 0.0, FEWEST, Spread(0.0, 0.0, 0.0)),
         Point("two", CONTACTS, GAP, 1e-3, FEWEST, Spread(0.0, 1e-8, math.inf)),
-        Point("one", DISTANCE, ASPECT, math.inf, FEWEST, Spread(1e-3, 1e-2, 1e-1)),
+        Point("two", CONTACTS, GAP, 1e-2, FEWEST, Spread(0.0, 1e-8, math.inf)),
+        *(Point("one", DISTANCE, ASPECT, x, FEWEST, Spread(1e-3, 1e-2, 1e-1)) for x in (1.0, 1e9, math.inf)),
     ),
     (
         Speed("one", DISTANCE, BALLS, 1000, 0.01),
@@ -123,6 +125,14 @@ def test_engines_stand_side_by_side_and_what_is_proven_is_told_from_what_is_not(
     ]
     assert table.rows[0][3].note == "3.0e-03"
     assert table.rows[0][1].title == "medians from 1.0e-10 to 1.0e-09 (in tiny); worst in tiny"
+
+
+@pytest.mark.parametrize(
+    ("proven", "shown"), [(None, "≥ 1.0e-03"), (1e-5, "≥ 1.0e-03"), (0.9999e-3, "1.0e-03"), (1.1e-3, "1.1e-03")]
+)
+def test_a_worst_error_counts_as_proven_only_where_the_proof_is_of_all_of_it(proven: float | None, shown: str) -> None:
+    table = by_pair(Accuracy((errors("one", DISTANCE, BALLS, proven=proven),)), ["one"])
+    assert texts(table)[0][3] == shown
 
 
 def test_speeds_are_compared_over_what_all_engines_of_a_query_answer(run: Run) -> None:
@@ -201,13 +211,18 @@ def lines(svg: str, series: int) -> list[str]:
 def test_lines_go_through_the_points(run: Run) -> None:
     found = plots(run)
     assert [plot.title for plot in found] == [drawing.TITLES[axis][0] for axis in (SCALE, GAP, ASPECT)]
+    assert "contacts" not in found[0].svg  # a single point is no plot
     median, most = lines(found[0].svg, 1)
-    points = [tuple(map(float, point.split())) for point in median[1:].split("L")]
-    assert len(points) == 3  # that of too few scenes is left out
+    line, dot = median[1:].split("M")
+    points = [tuple(map(float, point.split())) for point in line.split("L")]
+    assert len(points) == 3
+    assert dot.endswith("h0")  # across too few scenes there is no line
     (x0, y0), (x1, y1), (x2, y2) = points
     assert x1 - x0 == pytest.approx(x2 - x1, abs=0.11)
     assert y0 - y1 == pytest.approx(y1 - y2, abs=0.11)
     assert y0 > y2  # upwards
+    assert [path.count("h0") for path in lines(found[1].svg, 2)] == [1, 1]  # nor to what touches
+    assert [path.count("h0") for path in lines(found[2].svg, 1)] == [3, 3]  # nor from what is long to what is flat
     assert float(most[1:].split()[1].partition("L")[0]) < y0
 
 
@@ -230,7 +245,18 @@ def test_plots_are_small_well_formed_and_without_styles_or_scripts(run: Run) -> 
 
 ALLOWED = {
     *("class", "viewBox", "width", "height", "role", "font-family", "font-size", "font-weight", "fill", "fill-opacity"),
-    *("stroke", "stroke-opacity", "stroke-width", "stroke-dasharray", "transform", "x", "y", "d", "text-anchor"),
+    *(
+        "stroke",
+        "stroke-opacity",
+        "stroke-width",
+        "stroke-dasharray",
+        "stroke-linecap",
+        "transform",
+        "x",
+        "y",
+        "d",
+        "text-anchor",
+    ),
 }
 
 

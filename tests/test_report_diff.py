@@ -11,10 +11,13 @@ from typing import Any
 import pytest
 from markdown_it import MarkdownIt
 
+from oracles.accuracy import Accuracy, Errors, Spread
 from oracles.outcome import Run
+from oracles.scene import DISTANCE
 from reports import cli, diff_report, summary
 from reports.diff import NOT_ASKED, Comparison, compare, report_at
-from tests.sample_run import sample_run
+from reports.diff_accuracy import shifts
+from tests.sample_run import Page, sample_run
 from tests.test_report_hostile import NASTY, TAME, hostile_run
 
 
@@ -164,6 +167,67 @@ def test_all_of_it_is_told_in_markdown(compared: Any) -> None:
     assert "0.7.0.11" in said
 
 
+def test_all_of_it_is_told_in_html(compared: Any) -> None:
+    found = compared(everything)
+    page = Page(diff_report.as_html(found))
+    assert page.tags["table"] == len(diff_report.parts(found)) == 6
+    assert diff_report.headline(found) in page.words
+    assert "a new one" in page.words
+    assert page.tags["script"] == 0
+    assert not [value for name in ("src", "href", "style") for value in page.values(name)]
+    assert any("default-src 'none'" in value for value in page.values("content"))
+
+
+# -- accuracy ------------------------------------------------------------------------------------------------
+
+
+def measured(valued: int, median: float, p99: float, engine: str = "fcl") -> Accuracy:
+    spread = Spread(median, p99, 1.0)
+    return Accuracy((Errors(engine, DISTANCE, "Box–Box", "", valued, valued, 0, 0, spread, spread, None, None),))
+
+
+@pytest.mark.parametrize(
+    ("valued", "median", "p99", "rank"),
+    [
+        (5000, 1e-9, 1e-7, None),
+        (5000, 2.9e-9, 9e-7, None),
+        (5000, 4e-9, 1e-7, "median"),
+        (5000, 1e-9, 2e-6, "p99"),
+        (5000, 2e-10, 1e-7, "median"),
+        (90, 1e-8, 1e-3, None),
+        (900, 1e-9, 1e-3, None),
+        (900, 1e-8, 1e-3, "median"),
+    ],
+)
+def test_errors_have_shifted_where_that_is_clear(valued: int, median: float, p99: float, rank: str | None) -> None:
+    found = list(shifts(measured(5000, 1e-9, 1e-7), measured(valued, median, p99)))
+    assert [shift.rank for shift in found] == ([rank] if rank else [])
+    assert [shift.worse for shift in found] == ([median >= 1e-9] if rank else [])
+
+
+def test_rounding_is_no_shift() -> None:
+    assert list(shifts(measured(5000, 0.0, 0.0), measured(5000, 9e-16, 9e-16))) == []
+    assert [shift.worse for shift in shifts(measured(5000, 0.0, 0.0), measured(5000, 1e-14, 1e-14))] == [True]
+
+
+def test_cells_of_one_run_only_are_not_compared() -> None:
+    assert list(shifts(measured(5000, 1e-9, 1e-7), measured(5000, 1.0, 1.0, engine="bullet"))) == []
+    assert list(shifts(Accuracy(), measured(5000, 1.0, 1.0))) == []
+
+
+def test_lost_accuracy_is_worse(tmp_path: Path) -> None:
+    places = []
+    for median in (1e-9, 1e-6):
+        run = sample_run()
+        run.accuracy = measured(5000, median, 1e-3)
+        places.append(saved(json.loads(summary.report_json(run)), tmp_path / repr(median)))
+    before, after = map(report_at, places)
+    assert compare(before, after).worse
+    assert not compare(after, before).worse
+    assert "less accurate in 1 cell, more in 0" in diff_report.headline(compare(before, after))
+    assert "fcl · distance · Box–Box" in diff_report.as_markdown(compare(before, after))
+
+
 # -- the command ---------------------------------------------------------------------------------------------
 
 
@@ -190,7 +254,10 @@ def test_diff_is_written_where_it_is_asked_to(
     markdown = capsys.readouterr().out
     assert cli.main(["diff", *both, "--out", str(tmp_path / "diff.md")]) == 1
     assert (tmp_path / "diff.md").read_text("utf-8") == markdown
-    assert capsys.readouterr().out.count("\n") == 1
+    assert cli.main(["diff", *both, "--out", str(tmp_path / "diff.html"), "--out", str(tmp_path / "too.md")]) == 1
+    assert (tmp_path / "diff.html").read_text("utf-8").endswith("</html>")
+    assert (tmp_path / "too.md").read_text("utf-8") == markdown
+    assert capsys.readouterr().out.count("\n") == 2
 
 
 def test_diff_of_no_runs(both: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -210,6 +210,39 @@ def test_at_the_end_of_the_doubles_there_is_a_picture_but_no_scale() -> None:
     assert len(data["a"]) == len(data["b"]) == 1
 
 
+T = 5e-324
+EXTREMES = [
+    Sphere([0, 0, 0], T),
+    Sphere([1e308, 0, 0], 1e308),
+    Ray([0, 0, 0], [1e300, 0, 0]),
+    Ray([1e308, 0, 0], [0, 0, 1e-310]),
+    HalfSpace([1e-320, 0, 0], 0),
+    HalfSpace([1e300, 1e300, 0], 1e300),
+    Capsule([0, 0, 0], [T, 0, 0], 0),
+    Capsule([-1e308, 0, 0], [1e308, 0, 0], T),
+    Cylinder([0, 0, 0], [T, 0, 0], 1e300),
+    Cylinder([-1e308, 0, 0], [1e308, 0, 0], 1),
+    Ellipsoid([0, 0, 0], [1e308, T, 1]),
+    AABB([0, 0, 0], [0, 0, 0]),
+    Box([0, 0, 0], [1e-160, 1e160, 1], [1e-200, 0, 0, 1e200]),
+    ConvexPolyhedron.from_vertices([[0, 0, 0], [1e-300, 0, 0], [0, 1e300, 0], [1, 1, 1]]),
+    Composite([Sphere([0, 0, 0], T), HalfSpace([0, 0, 1], 1e308)]),
+]
+
+
+@pytest.mark.parametrize("number", range(len(EXTREMES)))
+def test_the_ends_of_the_doubles_break_no_picture(number: int) -> None:
+    shape = EXTREMES[number]
+    others = [Sphere([0, 0, 0], 1), Box([1, 0, 0], [1, 0, T], TURN), EXTREMES[number - 1], EXTREMES[1]]
+    for other in others:
+        far = points([1e308, -1e308, T], [1, 1, 1])
+        bucket = viewed(shape, other, answer=far, reference=far, interval=(T, 1e308))
+        data = viewer.scene_data(bucket)
+        assert all(abs(x) <= 10 * UNITS for x in numbers_of([part[1] for part in (*data["a"], *data["b"])]))
+        json.dumps(data, allow_nan=False)
+        ET.fromstring(viewer.static_svg(bucket))
+
+
 def test_far_away_the_picture_is_the_same() -> None:
     far = np.array([2.0**40, -(2.0**41), 2.0**39])
     boxes = Box([0, 0, 0], [1, 0.5, 2], TURN), Sphere([3, 0, 0], 1)
@@ -394,6 +427,9 @@ def test_both_answers_stand_in_the_corner_with_as_many_digits_as_tell_them_apart
         ["truth", "true: distance 3"],
     ]
     assert said({"distance": 1.0000001}, {"distance": 1.0})[0][1] == "fcl: distance 1.0000001"
+    assert said({"distance": math.nan}, {"distance": 1.0})[0][1] == "fcl: not a number"
+    assert said({"distance": 3.0}, {"distance": 1.0}, interval=(2.0, 2.0001))[1][1] == "true: distance 2"
+    assert said({"distance": 3.0}, {"distance": 1.0}, interval=(0.5, 2.0))[1][1] == "true: distance 1"
     assert said({"distance": 1.5}, {"distance": 1.5})[0][1] == "fcl: distance 1.5, distance too large"
     assert said({"distance": -0.5}, {"distance": -math.inf})[1][1] == "true: overlap without end"
     assert said({"hit": False}, {"hit": True}, BOOLEAN)[0][1] == "fcl: no overlap"

@@ -15,7 +15,7 @@ from oracles.outcome import Kind, Verdict
 from oracles.reference import proven
 from oracles.repro.encoding import RAYS, claims_data, kind_of, shape_data
 from oracles.rules import Rules
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Cell, Scene
+from oracles.scene import BOOLEAN, CONTACTS, RAYCAST, Cell, Scene
 from refimpl import Proxy, Ray
 from refimpl.linear import norm
 from refimpl.proof import Certificate, check
@@ -23,8 +23,6 @@ from refimpl.proof.certify import round_down, round_up
 from refimpl.proof.impacts import ImpactCertificate
 
 GIVEN = "the shapes"
-OWED = {BOOLEAN: ["hit"], CONTACTS: ["distance", "normal"], DISTANCE: ["distance"]}
-"""What an answer must say, if it is not that there is no contact."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +39,8 @@ class Sides:
         Proof of their signed distance, or of the time of a hit; none where a ray is cast at grown shapes.
     claim
         Proof that refutes a claim of the recorded answer, where that is not about their signed distance.
+    symptom
+        What the recorded answer does wrong.
     """
 
     whose: str
@@ -49,6 +49,7 @@ class Sides:
     margins: tuple[float, float]
     truth: dict[str, Any] | None
     claim: dict[str, Any] | None = None
+    symptom: str = ""
 
 
 @dataclass(frozen=True)
@@ -110,13 +111,14 @@ def _same(one: Questioned, other: Questioned) -> bool:
 
 def _held(rules: Rules, cell: Cell, scene: Scene) -> dict[str, Any]:
     """What the engine promises in a cell: not what its conventions take back."""
+    owed = sorted(rules.engine.says(cell.query, cell.type_a, cell.type_b))
     waived, size = set(rules.conventions(cell)), np.array([scene.size])
     value, witness, hit = (float(rules.allowed(cell, kind, size)[0]) for kind in ("value", "witness", "boolean"))
     if cell.query == RAYCAST:
         assert isinstance(scene.a, Ray)
         speed = float(norm(scene.a.direction))
-        return {"t": value, "speed": speed, "hit": hit, "owed": ["t"]}
-    held: dict[str, Any] = {"owed": OWED[cell.query]} | ({"hit": hit} if cell.query in (BOOLEAN, CONTACTS) else {})
+        return {"t": value, "speed": speed, "hit": hit, "owed": owed}
+    held: dict[str, Any] = {"owed": owed} | ({"hit": hit} if cell.query in (BOOLEAN, CONTACTS) else {})
     if cell.query != BOOLEAN:
         held["witness"] = witness
         if not (cell.query == CONTACTS and waived & OTHER_DEPTHS):
@@ -133,7 +135,8 @@ def _sides(
     own = verdict.certificate if verdict is not None and _is_about(verdict, a, b, scene) else None
     truth = proof_data(a, b, sum(margins), own) if whose == GIVEN or kind_of(a, b) != RAYS else None
     claim = None if refuted is None or refuted.claim.kept else _claim_data(judge, scene, refuted)
-    return Sides(whose, shape_data(a), shape_data(b), margins, truth, claim)
+    symptom = "" if refuted is None else refuted.verdict.symptom
+    return Sides(whose, shape_data(a), shape_data(b), margins, truth, claim, symptom)
 
 
 def _claim_data(judge: Judge, scene: Scene, refuted: Refuted) -> dict[str, Any]:
@@ -154,34 +157,44 @@ def _is_about(verdict: Verdict, a: Proxy, b: Proxy, scene: Scene) -> bool:
 
 def _refuted(judge: Judge, scene: Scene, rows: Questioned, verdict: Verdict | None) -> Refuted | None:
     """The claim of the answer that the verdict is about, or the first that is refuted."""
-    found = _all_refuted(judge, scene, rows)
+    claims = _claims(rows)
     if verdict is None:
-        return next(found, None)
-    shown, symptom = (verdict.proof_scene or scene).id, verdict.symptom
-    every = [(one, one.verdict.proof_scene is not None and one.verdict.proof_scene.id == shown) for one in found]
-    every.sort(key=lambda pair: (not pair[1], pair[0].verdict.symptom != symptom))
-    return every[0][0] if every else None
+        return next(_all_refuted(judge, scene, rows, claims), None)
+    about = [(n, claim) for n, claim in claims if _is_about(verdict, claim.x[0], claim.y[0], scene)]
+    found = sorted(_all_refuted(judge, scene, rows, about), key=lambda one: _unlike(one.verdict.symptom, verdict))
+    return found[0] if found else next(_all_refuted(judge, scene, rows, claims), None)
+
+
+def _unlike(symptom: str, verdict: Verdict) -> int:
+    """How little a symptom is that of a verdict, which may have another name for it and mention it only."""
+    return 0 if symptom == verdict.symptom else 1 if f": {symptom};" in verdict.claim else 2
 
 
 def _likewise(
     judge: Judge, scene: Scene, rows: Questioned, ours: Refuted | None, verdict: Verdict | None
 ) -> Refuted | None:
     """The same claim on other shapes, if it is broken there in the same way; else the first that is."""
-    every = list(_all_refuted(judge, scene, rows))
+    claims = _claims(rows)
     if ours is not None and verdict is not None and verdict.symptom == ours.verdict.symptom:
-        same = [one for one in every if one.number == ours.number and one.verdict.symptom == ours.verdict.symptom]
-        every = same or every
-    return every[0] if every else None
+        same = [(n, claim) for n, claim in claims if n == ours.number]
+        for one in _all_refuted(judge, scene, rows, same):
+            if one.verdict.symptom == ours.verdict.symptom:
+                return one
+    return next(_all_refuted(judge, scene, rows, claims), None)
 
 
-def _all_refuted(judge: Judge, scene: Scene, rows: Questioned) -> Iterator[Refuted]:
+def _claims(rows: Questioned) -> list[tuple[int, Claim]]:
+    """Claims that an answer makes, by their numbers."""
     if not rows.answered[0] or rows.unusable[0]:
-        return
-    for number, claim in enumerate(rows.claims()):
-        if not claim.by_convention:
-            verdict = judge.tried(scene.cell, claim, scene, rows)
-            if verdict.kind is Kind.WRONG:
-                yield Refuted(number, claim, verdict)
+        return []
+    return [(number, claim) for number, claim in enumerate(rows.claims()) if not claim.by_convention]
+
+
+def _all_refuted(judge: Judge, scene: Scene, rows: Questioned, claims: list[tuple[int, Claim]]) -> Iterator[Refuted]:
+    for number, claim in claims:
+        verdict = judge.tried(scene.cell, claim, scene, rows)
+        if verdict.kind is Kind.WRONG:
+            yield Refuted(number, claim, verdict)
 
 
 def proof_data(

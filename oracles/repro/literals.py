@@ -36,7 +36,7 @@ class Numbers:
         line = self._line(value)
         if len(line) + indent + before <= WIDTH or not isinstance(value, list | dict) or not value:
             return line
-        if isinstance(value, list) and count(value) > MANY:
+        if isinstance(value, list) and count(value) > MANY and not _names(value):
             return self.packed(value)
         inner, pad = indent + 4, " " * (indent + 4)
         if isinstance(value, dict):
@@ -89,6 +89,13 @@ def count(value: Any) -> int:
     if isinstance(value, dict):
         return sum(map(count, value.values()))
     return sum(map(count, value)) if isinstance(value, list) else 1
+
+
+def _names(value: Any) -> bool:
+    """Whether something in plain data stands for itself."""
+    if isinstance(value, dict):
+        return any(map(_names, value.values()))
+    return any(map(_names, value)) if isinstance(value, list) else isinstance(value, Name)
 
 
 def shortened(script: str, numbers: Numbers) -> str:

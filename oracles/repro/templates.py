@@ -29,7 +29,7 @@ PARTS = (
 
 MAIN = """def main(arguments):
     if arguments == ["--ask"]:
-        ask()
+        {ask}
         return 0
 {again}    lacking = "" if arguments else missing(NEEDED)
     if lacking:
@@ -42,6 +42,11 @@ MAIN = """def main(arguments):
         return 2
 {asking}
 {judge}"""
+ASK_TIMED = """for module, _ in NEEDED:
+            import_module(module)
+        start = time.process_time()
+        ask()
+        print("seconds =", time.process_time() - start)"""
 AGAIN = """    if arguments == ["--ask-again"]:
         ask_again()
         return 0
@@ -58,11 +63,11 @@ CHECK = "sides = proofs_of(SIDES)"
 CHECK_LAWS = "laws_of(MOTIONS[0], RIGHT, MOST)"
 
 JUDGE = """    print_proofs(sides)
-    return verdict(answer, wrong_by(answer, ANSWER, sides, HELD, SYMPTOM), ALLOWED)
+    return verdict(answer, wrong_by(answer, ANSWER, sides, HELD), ALLOWED)
 """
 JUDGE_CONTRADICTION = """    print_proofs(sides)
     both = (SYMPTOM, AMOUNT) if (first, answer) == (FIRST, ANSWER) else None
-    return verdict(answer, wrong_by(answer, ANSWER, sides, HELD, SYMPTOM) or both, ALLOWED)
+    return verdict(answer, wrong_by(answer, ANSWER, sides, HELD) or both, ALLOWED)
 """
 JUDGE_IMPACT = """    print_laws(MOTIONS[0], RIGHT)
     return verdict(answer, of_impact(answer, MOTIONS, MOST, SYMPTOM), ALLOWED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,7 +13,7 @@ import numpy as np
 from oracles.answers import said
 from oracles.engine import COLUMNS, VELOCITIES, Engine
 from oracles.impact_reference import reference_of
-from oracles.outcome import Finding, Verdict
+from oracles.outcome import Finding, Kind, Verdict
 from oracles.relation import RELATIONS
 from oracles.repro.calls import call_of, function_of, needed_by
 from oracles.repro.encoding import motion_data
@@ -23,6 +24,7 @@ from oracles.repro.templates import (
     AGAIN,
     ASK,
     ASK_BOTH,
+    ASK_TIMED,
     CHECK,
     CHECK_LAWS,
     END,
@@ -33,13 +35,14 @@ from oracles.repro.templates import (
     MAIN,
     PARTS,
 )
-from oracles.scene import Scene
+from oracles.scene import BOOLEAN, Scene
 from oracles.words import TRUTHS
 
 LIMIT = 10
 """Seconds that a script gives the engine."""
 LONGEST = 1000
 """Characters of a text that scripts take over."""
+IN_TIME = re.compile(r"no answer within ([0-9.]+) s")
 TABLES = ("MEANING", "CLAIMS", "CHECKS", "KINDS", "TRIALS")
 
 
@@ -61,10 +64,16 @@ def script_of(engine: Engine, finding: Finding) -> str:
         calls.append(call_of(engine, finding.related.scene))
         case = _case(engine, finding.related.scene, finding.related.answer, None)
         _add_first(case, engine, finding)
-    case.constants["SYMPTOM"] = finding.verdict.symptom
+    if case.judge != JUDGE:
+        case.constants["SYMPTOM"] = finding.verdict.symptom
+    limit = IN_TIME.search(finding.text)
+    if finding.verdict.kind is Kind.TIMED_OUT and limit and "HELD" in case.constants:
+        case.constants["HELD"]["seconds"] = float(limit[1])
+        case.rows["TRIALS"].add("seconds")
     needed = [one for call in calls for one in needed_by(call)]
     case.constants["NEEDED"] = [one for i, one in enumerate(needed) if one not in needed[:i]]
-    case.constants["NAMES"] = [name for name in COLUMNS if (name in VELOCITIES) == (finding.scene.motion is not None)]
+    names = [name for name in COLUMNS if (name in VELOCITIES) == (finding.scene.motion is not None)]
+    case.constants["NAMES"] = [*names, "seconds"] if "seconds" in case.constants.get("HELD", {}) else names
     return _composed(engine, finding, calls, case)
 
 
@@ -82,7 +91,7 @@ def _at_rest(engine: Engine, scene: Scene, answer: Mapping[str, object], verdict
     case.constants |= shapes
     case.constants |= {"ANSWER": dict(answer), "HELD": facts.held}
     case.constants["SIDES"] = [_side(side, shapes, case) for side in facts.sides]
-    if facts.held["owed"] == ["hit"]:
+    if scene.query == BOOLEAN:
         case.rows["TRIALS"] |= {"value"}
     else:
         case.rows["TRIALS"] |= {"time"} if "t" in facts.held else {"value", "points"}
@@ -110,7 +119,7 @@ def _side(side: Sides, shapes: Mapping[str, Any], case: Case) -> dict[str, Any]:
             if claim["kind"] == "part":
                 case.rows["CLAIMS"].add(claim["claim"]["kind"])
     case.rows["TRIALS"] |= {name for name, needed in (("numbers", True), ("claim", side.claim)) if needed}
-    return {"margins": list(side.margins), **proofs}
+    return {"symptom": side.symptom, "margins": list(side.margins), **proofs}
 
 
 def _count_types(shape: Mapping[str, Any], rows: dict[str, set[str]]) -> None:
@@ -153,11 +162,15 @@ def _composed(engine: Engine, finding: Finding, calls: list[str], case: Case) ->
     functions = [function_of(name, shortened(call, numbers)) for name, call in zip(names, calls, strict=True)]
     asking = (ASK_BOTH if both else ASK).format(engine=_plain(engine.name), limit=LIMIT)
     check = CHECK if "SIDES" in case.constants else CHECK_LAWS
-    main = MAIN.format(again=AGAIN if both else "", check=check, asking=asking, judge=case.judge)
-    imports, checker = select(main, {name: frozenset(rows) for name, rows in case.rows.items()})
+    timed = "seconds" in case.constants.get("HELD", {})
+    ask = ASK_TIMED if timed else "ask()"
+    main = MAIN.format(ask=ask, again=AGAIN if both else "", check=check, asking=asking, judge=case.judge)
+    imports, checker, rest = select(main, {name: frozenset(rows) for name, rows in case.rows.items()})
     data = "\n".join(f"{name} = {numbers.text(value, before=len(name) + 3)}" for name, value in case.constants.items())
-    call, scene, judge = (PARTS[0], "\n\n".join(functions)), (PARTS[1], data), (PARTS[3], main)
+    call, scene, judge = (PARTS[0], "\n\n".join(functions)), (PARTS[1], data), (PARTS[3], f"{rest}\n\n{main}")
     parts = [call, scene, (PARTS[2], checker), judge]
+    if timed:
+        imports = "\n".join([imports, "import time", "from importlib import import_module"])
     if numbers:
         parts = [call, (PARTS[2], checker), judge, (PARTS[4], f"{UNPACKED}\n\n{numbers.definition()}"), scene]
         imports = "\n".join([imports, "import base64", "import json", "import zlib"])

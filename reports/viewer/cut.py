@@ -11,7 +11,7 @@ import numpy as np
 from refimpl.linear import Array, norm
 from reports.viewer.frame import Frame, clipped
 from reports.viewer.meshes import Face
-from reports.viewer.solids import Dot, Lathe, Line, Mesh, Plane, Solid
+from reports.viewer.solids import BEYOND_DRAWING, Dot, Lathe, Line, Mesh, Plane, Solid, is_finite
 
 BEYOND = 3.0
 """Half of the cube, in radii of the picture, to which large bodies are cut."""
@@ -43,8 +43,10 @@ def shown(name: str, body: list[Solid], frame: Frame) -> Shown:
     for part in body:
         for piece, note in _shown(_place(part, frame)):
             notes[note] = None
-            if piece is not None:
+            if piece is not None and is_finite(piece):
                 placed.append(piece)
+            elif piece is not None:
+                notes[BEYOND_DRAWING] = None
     return Shown(placed, [f"{name} {note}" for note in notes if note])
 
 

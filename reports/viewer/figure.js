@@ -32,6 +32,8 @@ class Figure {
   tools(engine) {
     const bar = document.createElement('div');
     bar.className = 'scene-tools';
+    bar.setAttribute('role', 'group');
+    bar.setAttribute('aria-label', 'What is drawn');
     const button = (text, action) => {
       const made = document.createElement('button');
       made.type = 'button';

@@ -39,9 +39,11 @@ class Pen {
       const strength = front === other ? weak : Math.max(weak, n === m ? 0 : 1);
       if (!strength) continue;
       this.set(color, 1.5, strength * (hidden ? 0.28 : 1), hidden ? [3, 4] : []);
+      this.context.lineCap = weak < 1 ? 'butt' : 'round'; // caps would show as beads on faint circles
       this.path([this.camera.project(p), this.camera.project(q)]);
       this.context.stroke();
     }
+    this.context.lineCap = 'round';
     if (hidden) return;
     this.set(color, 1.5);
     for (const outline of body.outlines) {
@@ -104,8 +106,11 @@ class Pen {
   word(text, [x, y], color, way, size) {
     const wide = this.font(size, 700).measureText(text).width / 2 + 3 * this.ratio;
     const high = 8 * this.ratio;
-    const [left, up] = [way[0] * (wide + 7 * this.ratio), way[1] * (high + 6 * this.ratio)];
-    const tries = [[left, up], [-left, -up], [up, -left], [-up, left], [0, -2.4 * high], [0, 2.4 * high]];
+    const start = Math.atan2(way[1], way[0]);
+    const tries = Array.from({ length: 24 }, (_, k) => {
+      const [angle, far] = [start + (k % 2 ? k + 1 : -k) * (Math.PI / 8), 1 + 0.5 * Math.floor(k / 8)];
+      return [far * Math.cos(angle) * (wide + 7 * this.ratio), far * Math.sin(angle) * (high + 6 * this.ratio)];
+    });
     const free = ([dx, dy]) =>
       this.taken.every(([u, v, w, h]) => Math.abs(x + dx - u) > wide + w || Math.abs(y + dy - v) > high + h);
     const [dx, dy] = tries.find(free) || tries[0];

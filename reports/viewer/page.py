@@ -81,17 +81,18 @@ def figure(bucket: Bucket) -> Markup:
 @cache
 def script() -> str:
     """The viewer as one script, without comments and blanks that mean nothing."""
-    lines = (line.strip() for name in SCRIPTS for line in _own(name).splitlines())
-    code = "\n".join(line for line in lines if line and not line.startswith("//"))
+    lines = (COMMENT.sub("", line).strip() for name in SCRIPTS for line in _own(name).splitlines())
+    code = "\n".join(line for line in lines if line)
     return f"(() => {{\n'use strict';\n{STRING.sub(_tight, code)}\n}})();\n"
 
 
+COMMENT = re.compile(r"(?:^|\s)\s*// .*$")
 STRING = re.compile(
     r"(?P<string>'[^'\n]*'|`[^`]*`)"
-    r"| ?(?P<sign>=>|[=!]==|[<>]=|&&|\|\||[-+*]=|[=?:*<>&,;{}()\[\]]) ?"
+    r"|\s*(?P<sign>=>|[=!]==|[<>]=|&&|\|\||[-+*]=|[=?:*<>&,;{}()\[\]])\s*"
     r"| (?P<term>[-+/]) (?![-+])"
 )
-"""A text, which stays as it is; or a sign, around which blanks mean nothing."""
+"""A text, which stays as it is; or a sign, around which blanks mean nothing: each statement ends with a semicolon."""
 
 
 def _tight(found: re.Match[str]) -> str:

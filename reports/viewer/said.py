@@ -12,6 +12,9 @@ from reports import text
 DIGITS = (4, 7, 10)
 """Significant digits that are tried until the two answers differ; where none do, something else is wrong."""
 
+NARROW = 1e-3
+"""Width of a proven interval, relative to its ends, below which it is given by one number."""
+
 LOST = (Kind.CRASHED, Kind.TIMED_OUT)
 
 
@@ -22,26 +25,27 @@ def said(finding: Finding) -> list[tuple[str, str]]:
     symptom = text.visible(verdict.symptom, limit=80)
     if query == IMPACT:
         return [("engine", f"{name}: {symptom}")]
-    truth = _truth(finding)
+    asked, truth = _truth(finding)
     for digits in DIGITS:
-        engine, true = (_words(query, answer, digits) for answer in (finding.answer, finding.reference))
+        engine, true = _words(query, finding.answer, digits), _words(asked, truth, digits)
         if engine != true:
             break
     else:
-        true = _words(query, finding.reference, DIGITS[0])
+        true = _words(asked, truth, DIGITS[0])
         engine = f"{true}, {symptom}" if symptom else true
     if verdict.kind in LOST:
         engine = symptom or verdict.kind.value
-    return [("engine", f"{name}: {engine}"), ("truth", f"true: {truth or true}")]
+    return [("engine", f"{name}: {engine}"), ("truth", f"true: {true}")]
 
 
-def _truth(finding: Finding) -> str:
-    """What is proven of a boolean's scene: more than yes or no."""
-    verdict, proof_scene = finding.verdict, finding.verdict.proof_scene
-    about = proof_scene is None or proof_scene.id == finding.scene.id
-    if finding.scene.query != BOOLEAN or not about or not math.isfinite(verdict.lower):
-        return ""
-    return _words(DISTANCE, {"distance": float(verdict.lower)}, 4)
+def _truth(finding: Finding) -> tuple[str, object]:
+    """Query and answer that are true: the proven distance, where it is known, and else what the reference says."""
+    scene, verdict = finding.scene, finding.verdict
+    lower, upper = float(verdict.lower), float(verdict.upper)
+    about = verdict.proof_scene is None or verdict.proof_scene.id == scene.id
+    if scene.query == RAYCAST or not about or not math.isclose(lower, upper, rel_tol=NARROW):
+        return scene.query, finding.reference
+    return DISTANCE, {"distance": lower}
 
 
 def _words(query: str, answer: object, digits: int) -> str:
@@ -49,6 +53,8 @@ def _words(query: str, answer: object, digits: int) -> str:
     if not isinstance(answer, Mapping):
         return "no answer"
     hit, distance, time = (_number(answer.get(name)) for name in ("hit", "distance", "t"))
+    if any(value is not None and math.isnan(value) for value in (hit, distance, time)):
+        return "not a number"
     if query == RAYCAST:
         miss = hit == 0 or time == math.inf
         return "no hit" if miss else "no answer" if time is None else f"hit at t = {time:.{digits}g}"

@@ -18,7 +18,7 @@ from reports.viewer.cut import Shown, shown
 from reports.viewer.frame import Frame, View, best_view, choose, exponent_of
 from reports.viewer.marks import Mark
 from reports.viewer.said import said
-from reports.viewer.solids import Line, Plane, Solid, solids
+from reports.viewer.solids import BEYOND_DRAWING, Line, Plane, Solid, solids
 
 PIXEL = 1 / 150
 """What cannot be seen at first, in radii of the picture."""
@@ -58,6 +58,11 @@ class Picture:
 
 def picture_of(bucket: Bucket) -> Picture:
     """Picture of the bucket's witness."""
+    with np.errstate(all="ignore"):  # what cannot be held in doubles is left out, and is told
+        return _picture_of(bucket)
+
+
+def _picture_of(bucket: Bucket) -> Picture:
     finding = bucket.witness
     scene, proof_scene = finding.scene, _proof_scene(finding)
     exponent = exponent_of(
@@ -73,6 +78,7 @@ def picture_of(bucket: Bucket) -> Picture:
     ]
     found = _marks(finding, proof_scene, frame, _spare(a, b))
     told = [f"{name} is drawn with {' and '.join(words)}" for name, words in (("A", told_a), ("B", told_b)) if words]
+    told += [f"{name} {BEYOND_DRAWING}" for name, body in (("A", body_a), ("B", body_b)) if not body]
     notes = [*_on_scale(finding, frame), *told, *a.notes, *b.notes, *found.notes]
     return Picture(
         a=a.parts,
@@ -176,6 +182,8 @@ def _on_scale(finding: Finding, frame: Frame) -> list[str]:
     """What is too small or too large to be seen."""
     notes = ["The picture shows the surroundings of the smaller of the two"] if frame.focused else []
     gap, what = _gap(finding), "gap" if finding.verdict.lower > 0 else "overlap"
+    if finding.related is not None:
+        notes.append(f"The other scene, by the relation “{text.visible(finding.related.relation, 60)}”, is not drawn")
     if 0 < (seen := frame.length(gap)) < PIXEL:
         notes.append(f"The {what} of {text.short(gap)} is {seen:.1g} of the picture's radius: too small to be seen")
     return notes

@@ -127,10 +127,18 @@ class Dot:
 
 Solid = Lathe | Mesh | Plane | Line | Dot
 
+BEYOND_DRAWING = "reaches beyond what can be drawn"
+
+
+def is_finite(part: Solid) -> bool:
+    """Whether every number of a part is finite."""
+    values = [value for value in vars(part).values() if isinstance(value, np.ndarray | float)]
+    return all(np.isfinite(value).all() for value in values)
+
 
 def solids(shape: Proxy, exponent: int) -> tuple[list[Solid], list[str]]:
     """What a proxy is drawn as, with all lengths times 2^−exponent; and what of it is left out, in words."""
-    parts = list(_solids(shape, exponent, MOST_TRIANGLES))
+    parts = [part for part in _solids(shape, exponent, MOST_TRIANGLES) if is_finite(part)]
     told = [part.told for part in parts if isinstance(part, Mesh) and part.told][:2]
     if len(parts) <= MOST_PARTS:
         return parts, told
@@ -171,9 +179,9 @@ def _solids(shape: Proxy, exponent: int, most: int) -> Iterator[Solid]:
 def _turned(kind: str, p: Array, q: Array, radius: Array) -> Solid:
     """Rod or can from p to q."""
     length = float(norm(q - p))
-    if length == 0:
+    if not length > 0:
         return Lathe("ball", p, radius * np.eye(3)) if radius > 0 else Dot(p)
-    if radius < length * np.finfo(np.float64).tiny:
+    if radius <= length * np.finfo(np.float64).tiny:
         return Line(p, q)
     axis = (q - p) / length
     across = perpendicular(axis)

@@ -35,7 +35,7 @@ def asked(file: str, question: str, limit: float, names: Sequence[str]) -> tuple
     lines = ran.stdout.splitlines()
     answer = told(lines, names)
     for line in lines:
-        if line.partition(" = ")[0].strip() not in names:
+        if line.partition(" = ")[0].strip() not in answer:
             print(" ", line)
     if ran.returncode < 0:
         return {}, f"its process ended with signal {-ran.returncode} ({signal.strsignal(-ran.returncode)})"

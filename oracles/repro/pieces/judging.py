@@ -63,12 +63,20 @@ def of_claim(_: Any, side: Any, __: Any) -> Iterator[Error]:
 
 def of_numbers(answer: Any, _: Any, held: Any) -> Iterator[Error]:
     """Errors of what is no number, or one that no scene can have, or is not there though there is a hit."""
-    owed = held["owed"] if answer.get("hit") != 0 else []
+    if answer.get("distance") == -math.inf:  # has neither witnesses nor a normal
+        return
+    owed = held["owed"] if answer.get("hit") != 0 else ["hit"]
     for name, value in {**dict.fromkeys(owed, math.nan), **answer}.items():
         endless = name in ("t", "distance") and math.isinf(value)
-        values = value if isinstance(value, list) else [value]
-        if not endless and not all(abs(x) < 1e150 for x in values) and answer.get("distance") != -math.inf:
+        inside = name == "normal" and answer.get("t") == 0
+        numbers = value if isinstance(value, list) else [value]
+        if not endless and not inside and not all(abs(x) < 1e150 for x in numbers):
             yield "not a number", math.inf, 0.0
+
+
+def of_seconds(answer: Any, _: Any, held: Any) -> Iterator[Error]:
+    """Error of an answer that comes late."""
+    yield "no answer in time", number(answer.get("seconds", 0.0)) - number(held["seconds"]), 0.0
 
 
 def of_points(answer: Any, side: Any, held: Any) -> Iterator[Error]:
@@ -90,12 +98,13 @@ def of_points(answer: Any, side: Any, held: Any) -> Iterator[Error]:
             yield "contact point farther from a shape than the depth", beyond, allowed
     if "normal" in answer:
         low, high = length(vector(answer["normal"]))
-        yield "normal shorter than 1", 1 - high - number(1e-6), allowed
-        yield "normal longer than 1", low - 1 - number(1e-6), allowed
+        yield "normal shorter than 1", 1 - high, 1e-6
+        yield "normal longer than 1", low - 1, 1e-6
 
 
 TRIALS: dict[str, Any] = {
     "numbers": of_numbers,
+    "seconds": of_seconds,
     "claim": of_claim,
     "value": of_value,
     "time": of_time,

@@ -15,6 +15,7 @@ def weights(pairs: Any, end: int) -> list[tuple[int, Fraction]]:
     """Read weights ≥ 0 of some of `end` things, not all 0."""
     found = [(int(i), number(weight)) for i, weight in pairs]
     require(found and all(0 <= i < end and weight >= 0 for i, weight in found), "weights must not be negative")
+    require(len(dict(found)) == len(found), "a weight must not be given twice")
     require(any(weight for _, weight in found), "some weight must be positive")
     return found
 

@@ -47,18 +47,18 @@ def errors_of(answer: Answer, recorded: Any, side: Any, held: Any) -> Iterator[E
     """
     same = answer == recorded and side["claim"] is not None
     for name, trial in TRIALS.items():
-        if name == "numbers" or (name == "claim") == same:
+        if name in ("numbers", "seconds") or (name == "claim") == same:
             yield from trial(answer, side, held)
 
 
-def wrong_by(answer: Answer, recorded: Any, sides: Any, held: Any, symptom: str) -> tuple[str, Any] | None:
+def wrong_by(answer: Answer, recorded: Any, sides: Any, held: Any) -> tuple[str, Any] | None:
     """What is wrong with an answer on every pair of shapes, and the least amount; None if it is right on one."""
     worst: list[tuple[str, Any]] = []
     for side in sides:
         found = [(name, by) for name, by, allowed in errors_of(answer, recorded, side, held) if by > allowed]
         if not found and (side["truth"] is not None or answer == recorded):
             return None
-        worst += sorted(found, key=lambda error: error[0] != symptom)[:1]
+        worst += sorted(found, key=lambda error: error[0] != side["symptom"])[:1]
     return (worst[0][0], min(by for _, by in worst)) if worst else None
 
 
@@ -91,6 +91,12 @@ def verdict(answer: Answer, wrong: tuple[str, Any] | None, allowed: str) -> int:
     return 1
 
 
+def at_most(amount: Any) -> float:
+    """Largest double that is not above an exact number."""
+    found = float(amount)
+    return found if found <= amount else math.nextafter(found, -math.inf)
+
+
 def of_impact(answer: Answer, motions: Sequence[Any], allowed: float, symptom: str) -> tuple[str, Any] | None:
     """The law that velocities break for every one of some motions, and by how much."""
     if not answer or set(answer) != {"velocity_a", "angular_a", "velocity_b", "angular_b"}:
@@ -101,4 +107,4 @@ def of_impact(answer: Answer, motions: Sequence[Any], allowed: float, symptom: s
         if not found:
             return None
         worst.append((sorted(found, key=lambda law: law[0] != symptom)[0], max(by for _, by in found)))
-    return worst[0][0][0], min(worst[0][0][1], *(most for _, most in worst[1:]), math.inf)
+    return worst[0][0][0], at_most(min(worst[0][0][1], *(most for _, most in worst[1:]), math.inf))
