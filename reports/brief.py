@@ -33,7 +33,9 @@ NOUNS: dict[type[Proxy], str] = {Point: "point", Ray: "ray", HalfSpace: "half-sp
 
 def digits(value: float, count: int = FEWEST) -> str:
     """So many significant digits, without those that say nothing; a plain 0 for either zero."""
-    return f"{value + 0.0:.{count}g}" if value else "0"
+    if value == 0:
+        return "0"
+    return f"{value:.{count}g}" if count < MOST else repr(float(value)).removesuffix(".0")
 
 
 def digits_to_differ(said: float, true: float) -> int:
@@ -59,7 +61,7 @@ def simplest(lower: float, upper: float) -> float:
 def in_brief(shape: Proxy) -> str:
     """Return a shape with its article: "a capsule of radius 0.25 and length 3"."""
     noun = _noun(shape)
-    return f"{'an' if noun[0] in 'aeiouAE' else 'a'} {noun}"
+    return f"{'an' if noun[0] in 'aeioA' else 'a'} {noun}"
 
 
 def pair_in_brief(a: Proxy, b: Proxy) -> str:

@@ -10,7 +10,7 @@ from oracles import claims
 from oracles.outcome import Bucket, Finding, Kind, State
 from refimpl import Ray
 from reports import text
-from reports.brief import FEWEST, MOST, digits, digits_to_differ, pair_in_brief, simplest
+from reports.brief import FEWEST, digits, digits_to_differ, pair_in_brief, simplest
 
 TOLD = {
     claims.OFF_SHAPE: "names a nearest point for {pair} that lies {off} off its shape",
@@ -84,7 +84,7 @@ def _wrong_distance(finding: Finding, pair: str, said: float) -> str:
 
 def _by_symptom(finding: Finding, pair: str) -> str:
     verdict = finding.verdict
-    apart = simplest(verdict.lower, verdict.upper)
+    apart = verdict.lower if verdict.lower > 0 else verdict.upper
     still = f"they still overlap by {digits(-apart)}" if apart < 0 else f"they are {digits(apart)} apart"
     return TOLD[verdict.symptom].format(
         pair=pair,
@@ -120,8 +120,9 @@ def _truth(finding: Finding, said: float = math.nan) -> str:
         return "they overlap without end"
     count = digits_to_differ(said, best) if math.isfinite(said) else FEWEST
     near, far = sorted((abs(lower), abs(upper)))
-    exact = digits(near, count) == digits(far, count) or digits(best, count) == digits(best, MOST)
-    value = digits(abs(best), count) if exact else f"between {digits(near, count)} and {digits(far, count)}"
+    value = digits(near, count)
+    if value != digits(far, count):
+        value = f"between {value} and {digits(far, count)}"
     if said * best > 0:
         return f"it is {value}"
     return f"they are {value} apart" if best > 0 else f"they overlap by {value}"
@@ -133,9 +134,9 @@ def _along(finding: Finding) -> str:
     if not (lower > 0 and isinstance(normal, list | tuple | np.ndarray)):
         return ""
     numbers = [abs(float(x)) for x in normal]
-    if sorted(numbers) != [0.0, 0.0, 1.0]:
+    if sorted(numbers) != [0.0, 0.0, 1.0] or digits(lower) != digits(finding.verdict.upper):
         return ""
-    return f" {digits(simplest(lower, finding.verdict.upper))} apart along {'xyz'[numbers.index(1.0)]}"
+    return f" {digits(lower)} apart along {'xyz'[numbers.index(1.0)]}"
 
 
 def _aside(finding: Finding) -> str:
