@@ -11,7 +11,8 @@ from oracles.likeness import Failing
 from oracles.plain_bodies import PLAIN_BODIES, plain_pairs
 from oracles.plain_impacts import restaged, simpler_motions
 from oracles.scene import Scene
-from oracles.simpler import gap_of, jointly_simpler, kept_apart, moved, simpler_proxies
+from oracles.simpler import jointly_simpler, moved, nudged, simpler_proxies
+from oracles.spacing import gap_of, kept_apart
 
 AT_ONCE = 150
 """Candidates that are asked before one looks whether one of them will do."""
@@ -23,8 +24,8 @@ GAPS = [sign * 10.0**-k for k in range(16) for sign in (1.0, -1.0)]
 """Steps on which errors that grow with a gap or an overlap grow."""
 
 
-def passes(best: Failing) -> Iterator[Iterable[Scene]]:
-    """Candidates around a scene, the boldest first."""
+def passes(best: Failing, *, growing: bool = False) -> Iterator[Iterable[Scene]]:
+    """Candidates around a scene, the boldest first; or, of a slight error that is to grow, those next to it."""
     scene = best.scene
     if not best.strain and odd_numbers(scene) == 0:
         if best.slightness and scene.motion is None:
@@ -35,6 +36,8 @@ def passes(best: Failing) -> Iterator[Iterable[Scene]]:
         yield (replace(scene, motion=motion) for motion in simpler_motions(scene.motion))
         return
     yield moved(scene)
+    if best.slightness and growing:
+        yield nudged(scene)
     yield jointly_simpler(scene)
     yield kept_apart([scene], GAPS)
     yield kept_apart(list(beside_plain(scene)), list(dict.fromkeys([gap_of(scene), 0.0])))
@@ -42,6 +45,8 @@ def passes(best: Failing) -> Iterator[Iterable[Scene]]:
         yield kept_apart(list(islice(plain_pairs(scene.cell), NEAR)), GAPS)
     yield changed(scene)
     yield from (kept_apart(some, [0.0]) for some in _in_parts(changed(scene)))
+    if best.slightness and not growing:
+        yield nudged(scene)
 
 
 def beside_plain(scene: Scene) -> Iterator[Scene]:

@@ -17,6 +17,7 @@ from oracles.answers import add_to_digest, reference_for, take
 from oracles.batch import Batch, PairKey
 from oracles.bench import Bench, Workshop
 from oracles.clock import timed
+from oracles.clumsiness import PLAIN
 from oracles.engine import Answers
 from oracles.impact_regimes import impact_regimes_for
 from oracles.judges import audit_of, finding_of
@@ -30,10 +31,13 @@ from oracles.words import decade_of
 from refimpl.compiling import batch_of
 from refimpl.pairs import TABLE
 
-QUICK, SEARCHED = 8, 6
+QUICK, SEARCHED = 16, 6
 """Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
-fewer: drawing and judging cost by the batch rather than by the scene."""
-STEPPED = 3
+fewer: drawing and judging cost by the batch rather than by the scene. So an engine that errs every 1 000th call is
+asked often enough in its very first task, which finds it without a memory."""
+MOST = 800
+"""Scenes of a regime and pair in one task."""
+STEPPED = 6
 """Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
 AUDITED = 4
 """One regime in so many is audited in a task, in turn: a proof costs as much as a hundred answers."""
@@ -85,7 +89,7 @@ class _Bulk:
     @property
     def many(self) -> int:
         """Scenes of each regime: more of pairs with a closed form, fewer where each costs a search."""
-        return self.each * QUICK if is_quick(*self.pair) else max(1, self.each // SEARCHED)
+        return min(MOST, self.each * QUICK) if is_quick(*self.pair) else max(1, self.each // SEARCHED)
 
     @cached_property
     def regimes(self) -> dict[str, Regime]:
@@ -126,7 +130,7 @@ class _Bulk:
         with timed("judge"):
             screening = bench.judges.screen(cell, batch.a, batch.b, batch.motion, answers)
         suspects, proven = screening.rows_of(SUSPECT), np.zeros(len(batch), dtype=bool)
-        for i in suspects.tolist():
+        for i in suspects[np.argsort(_odd_numbers(batch, suspects), kind="stable")].tolist():
             found, size = len(self.outcome.findings), float(batch.sizes[i])
             screening.codes[i] = KINDS.index(self.weigh(bench, cell, batch, i, answers, screening, size))
             proven[i] = len(self.outcome.findings) > found
@@ -184,6 +188,12 @@ class _Bulk:
                 self.outcome.counts["refimpl", query, scene.cell.pair, scene.regime, verdict.kind] += 1
                 if verdict.kind is Kind.REFERENCE_WRONG:
                     self.outcome.findings.append(finding_of("refimpl", scene, reference_for(scene), verdict))
+
+
+def _odd_numbers(batch: Batch, rows: NDArray[np.int_]) -> NDArray[np.int_]:
+    """How many numbers of each of these scenes a reader has to read: what is proven first is what he may see."""
+    numbers = np.concatenate([np.asarray(side)[rows] for side in batch.rows], axis=1)
+    return np.asarray(np.count_nonzero(~np.isin(numbers, list(PLAIN)), axis=1))
 
 
 def bulk(shop: Workshop, pair: PairKey, number: int, each: int) -> Outcome:

@@ -72,9 +72,14 @@ class Failing:
         return 0 < self.amount < math.inf and 0 < self.size < math.inf
 
     def is_like(self, other: Failing) -> bool:
-        """Whether the error grows and falls by no more than it may in a step, as a length or relative to the scene."""
+        """Whether the error grows and falls by no more than it may in a step, as a length or relative to the scene.
+
+        Of gross errors it does not matter.
+        """
         if not (self._has_amount and other._has_amount):
             return self._has_amount == other._has_amount
+        if not (self.slightness or other.slightness):
+            return True
         absolute = math.log10(other.amount) - math.log10(self.amount)
         relative = absolute - math.log10(other.size) + math.log10(self.size)
         return any(-DOWN <= jump <= UP for jump in (absolute, relative))

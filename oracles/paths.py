@@ -12,16 +12,17 @@ from itertools import pairwise
 
 import numpy as np
 
+from oracles.forms import form_of
 from oracles.likeness import Failing
 from oracles.scene import Scene
-from oracles.simpler import changeable, form_of, rebuilt, with_sides
+from oracles.simpler import changeable, rebuilt, with_sides
 from refimpl import Proxy
 
-DOUBLINGS = 30
-"""Steps of a path, each twice as far from its start as the one before."""
-SHARES = tuple(2.0**-k for k in range(DOUBLINGS, 0, -1))
+DOUBLINGS, HALVINGS = 30, 8
+"""Steps of a path, each twice as far from its start as the one before, and then half as far from its end."""
+SHARES = (*(2.0**-k for k in range(DOUBLINGS, 0, -1)), *(1.0 - 2.0**-k for k in range(2, HALVINGS + 1)))
 LEAP = 10.0
-"""Factor by which an error may grow or fall with a doubling of the way: a third power, and some room."""
+"""Factor by which an error may grow or fall in such a step: a third power, and some room."""
 
 
 def path(start: Scene, end: Scene) -> list[Scene]:

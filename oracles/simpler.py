@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
-from oracles.placements import Draft, signed_gap
+from oracles.degeneracy import length_of
 from oracles.scene import Scene
 from oracles.solids import CUBE, TETRAHEDRON, block, wedge
 from refimpl import KDOP, Box, Composite, ConvexPolyhedron, Ellipsoid, Proxy, ShapeError, UnsupportedOperation
@@ -29,6 +29,8 @@ STAYING = 3
 """How much likelier it is that a number stays than that it is made simpler."""
 JOINTLY = 100
 """Scenes in which several numbers are made simpler together."""
+NUDGES, NUDGED = (1e-1, 1e-2, 1e-3), 4
+"""Steps by which a number is changed, relative to the larger body, and digits to which it then is rounded."""
 MOST_PARTS = 24
 """Vertices, planes, slabs or parts that are left out one by one."""
 
@@ -107,6 +109,21 @@ def jointly_simpler(scene: Scene) -> Iterator[Scene]:
             odd = mask & ~np.isin(row, list(PLAIN)) & (random.random(len(row)) < 0.5)
             made.append(rebuilt(shape, np.where(odd, random.choice([0.0, 0.0, 1.0, -1.0, 0.5, 2.0], len(row)), row)))
         yield from with_sides(scene, *made)
+
+
+def nudged(scene: Scene) -> Iterator[Scene]:
+    """The scene with one number a little larger or smaller: where a slight error begins, it may grow."""
+    length = length_of(scene)
+    for share in NUDGES:
+        for shape in (scene.a, scene.b):
+            row = shape.pack()
+            for i in np.flatnonzero(changeable(shape)):
+                for step in (share * length, -share * length):
+                    changed = row.copy()
+                    changed[i] = float(f"{row[i] + step:.{NUDGED}g}")
+                    made = rebuilt(shape, changed)
+                    a, b = (made, scene.b) if shape is scene.a else (scene.a, made)
+                    yield from with_sides(scene, a, b)
 
 
 # -- the whole scene -----------------------------------------------------------------------------------------
@@ -266,50 +283,4 @@ def _or_none(make: object) -> Proxy | None:
         found: Proxy = make()  # type: ignore[operator]
     except (ShapeError, ValueError):
         return None
-    return found
-
-
-# -- with the gap kept ---------------------------------------------------------------------------------------
-
-
-def form_of(shape: Proxy) -> tuple[object, ...]:
-    """What proxies have in common that may be in one batch."""
-    if isinstance(shape, Composite):
-        return tuple((type(part), form_of(part)) for part in shape.parts)
-    return (shape.solid.digest,) if isinstance(shape, Polyhedron) else shape.sizes
-
-
-def by_form(scenes: list[Scene]) -> list[list[Scene]]:
-    """Scenes that may be in one batch together."""
-    groups: dict[object, list[Scene]] = {}
-    for scene in scenes:
-        groups.setdefault((form_of(scene.a), form_of(scene.b)), []).append(scene)
-    return list(groups.values())
-
-
-def batch_of(shapes: list[Proxy]) -> Proxy:
-    """Proxies of one form as a batch."""
-    rows = np.stack([shape.pack() for shape in shapes])
-    first = shapes[0]
-    return first[None].rebuilt(rows) if isinstance(first, (Polyhedron, Composite)) else type(first).unpack(rows)
-
-
-def gap_of(scene: Scene) -> float:
-    """By how much the two are apart, as `kept_apart` takes it; 0 where that has no end."""
-    sigma, _ = signed_gap(scene.a[None], scene.b[None])
-    return float(sigma[0]) if np.isfinite(sigma[0]) else 0.0
-
-
-def kept_apart(scenes: list[Scene], gaps: list[float]) -> list[Scene]:
-    """The scenes with B moved along the normal to each of the gaps, gap by gap."""
-    found: list[Scene] = []
-    for group in by_form(scenes):
-        every = [scene for _ in gaps for scene in group]
-        a, b = batch_of([scene.a for scene in every]), batch_of([scene.b for scene in every])
-        try:
-            with np.errstate(all="ignore"):
-                _, placed = Draft(a, b, np.repeat(gaps, len(group)), np.ones(len(every), dtype=bool)).settled()
-        except (ShapeError, ValueError):
-            continue
-        found += [replace(scene, b=placed[i]) for i, scene in enumerate(every)]
     return found

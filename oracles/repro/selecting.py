@@ -32,6 +32,8 @@ ORDER = (
     "running",
 )
 """The modules, each after those that it needs."""
+RUN = ("judging", "asking", "running")
+"""Those that ask and judge, and prove nothing."""
 KEY = re.compile(r'\s*"([^"]+)":')
 
 Tables = Mapping[str, frozenset[str]]
@@ -98,8 +100,8 @@ def _imports() -> dict[str, str]:
     return found
 
 
-def select(roots: str, tables: Tables) -> tuple[str, str]:
-    """Imports and text of all that a piece of Python needs.
+def select(roots: str, tables: Tables) -> tuple[str, str, str]:
+    """Imports, checker and the rest of all that a piece of Python needs.
 
     Parameters
     ----------
@@ -118,8 +120,13 @@ def select(roots: str, tables: Tables) -> tuple[str, str]:
         if found == (names, attributes):
             break
         names, attributes = found
-    text = "\n\n\n".join(_text(pieces()[name], attributes, tables) for name in chosen)
-    return _import_lines(names), text
+    checker, rest = (
+        "\n\n".join(
+            _text(pieces()[name], attributes, tables) for name in chosen if (pieces()[name].module in RUN) == run
+        )
+        for run in (False, True)
+    )
+    return _import_lines(names), checker, rest
 
 
 def _nodes(piece: Piece, attributes: set[str], tables: Tables) -> list[ast.AST]:

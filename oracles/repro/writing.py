@@ -165,9 +165,9 @@ def _composed(engine: Engine, finding: Finding, calls: list[str], case: Case) ->
     timed = "seconds" in case.constants.get("HELD", {})
     ask = ASK_TIMED if timed else "ask()"
     main = MAIN.format(ask=ask, again=AGAIN if both else "", check=check, asking=asking, judge=case.judge)
-    imports, checker = select(main, {name: frozenset(rows) for name, rows in case.rows.items()})
+    imports, checker, rest = select(main, {name: frozenset(rows) for name, rows in case.rows.items()})
     data = "\n".join(f"{name} = {numbers.text(value, before=len(name) + 3)}" for name, value in case.constants.items())
-    call, scene, judge = (PARTS[0], "\n\n".join(functions)), (PARTS[1], data), (PARTS[3], main)
+    call, scene, judge = (PARTS[0], "\n\n".join(functions)), (PARTS[1], data), (PARTS[3], f"{rest}\n\n{main}")
     parts = [call, scene, (PARTS[2], checker), judge]
     if timed:
         imports = "\n".join([imports, "import time", "from importlib import import_module"])

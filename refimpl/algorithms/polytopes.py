@@ -26,6 +26,7 @@ from refimpl.kernels.scaling import NOTHING
 from refimpl.linear import Array, Bools, apply, apply_inverse, dot, norm, power_of_two, rotation_matrix, unit_or
 from refimpl.results import Separation
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Point, Proxy, Sphere
+from refimpl.signs import Indices
 
 STILL = np.eye(3)
 KINDS: dict[type[Proxy], int] = {
@@ -71,10 +72,10 @@ def geometry_rows(hulls: Hull) -> tuple[Array, Array]:
     return np.concatenate([counts, centre, starts, *flat], axis=1), middle
 
 
-def _boxes_first(hulls: Hull) -> tuple[Array, Array, Bools]:
+def _boxes_first(hulls: Hull) -> tuple[Array, Indices, Bools]:
     """Vertices and edges, and which hulls are boxes, however skew: their vertices are put in the order of a box's."""
     vertices, edges = hulls.vertices.copy(), hulls.edges.copy()
-    boxes = (_different(vertices) == 8) & (_different(hulls.planes) == 6) & (_different(edges) == 12)
+    boxes: Bools = (_different(vertices) == 8) & (_different(hulls.planes) == 6) & (_different(edges) == 12)
     for i in np.flatnonzero(boxes):
         corners, ends = vertices[i, :8], edges[i, :12, :2]
         steps = corners[[sum(pair) for pair in ends if 0 in pair]] - corners[0]

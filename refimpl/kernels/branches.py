@@ -60,7 +60,7 @@ def _next(search: Search, level: int) -> int:
 
 @kernel
 def _next_move(search: Search, level: int, limit: float) -> tuple[int, Vector, Corner]:
-    """Next branch of this level, or of a former one, that is shorter than a limit: the level, −1 for none; where it leads.
+    """Next branch of a level, or of a former one, that is shorter than a limit: its level, −1 for none; where it leads.
 
     And what holds that translation.
     """

@@ -1,9 +1,9 @@
 """The way out of overlapping unions: a short translation of B that separates, and a length that none falls below.
 
 No pair of atoms comes apart with less than its own depth, so the depth of the deepest pair is a lower bound. Where its
-own way frees all others too, nothing is left to do. Otherwise the search starts several times: from the tangent of
-the deepest pair, from those of all pairs that overlap, and along the directions in which the convex hulls part soonest.
-Each way that it finds is shortened by one step, the shortest one by several.
+own way frees all others too, nothing is left to do. Otherwise branch and bound finds the shortest way (`branches`): of
+polytopes that is the depth, and both bounds; of round atoms, of which only some tangents are looked at, the way is
+shortened further by tangents at its end (`ways`).
 """
 
 from __future__ import annotations

@@ -5,7 +5,8 @@ found exactly; where other pairs overlap there, they join. Each round is sure of
 translation that frees all, or with planes that contradict. From a free translation the same step, with tangents taken
 there, leads to one that is no longer: a descent.
 
-No pair is answered that a tangent proves free: so a scene that the deepest pair's way frees costs no answer at all.
+No pair is asked that a known tangent proves free. Of those that are in the way the tangents are listed first
+(`facets`): of polytopes all of them, so that these never have to be answered at all.
 """
 
 from __future__ import annotations
