@@ -16,7 +16,8 @@ NOTE = (
     "err by (1e-14 to 1e-12 of the scene's size); 0 is below that. It is relative to the scene's largest coordinate, "
     "extent or velocity. Below it stands the error itself, a length, of impacts a velocity, of rays how far the hit is "
     "from the surface. The worst errors of each cell are proven by certificates; of "
-    "those after ≥ floats alone are certain."
+    "those after ≥ floats alone are certain. Times are what an engine and its adapter take in their own process for a "
+    "call from Python that makes both shapes anew; what guards them is left out."
 )
 RANKS = ("median", "99\u202f%", "worst")
 UNPROVEN = "≥"
@@ -180,10 +181,7 @@ def speeds(found: Accuracy, named: Sequence[str]) -> Table:
     columns = [Column("pair"), *(Column(text.visible(engine), numeric=True, group=query) for engine, query in asked)]
     rows = [(Entry("all that each engine answers"), *(_overall(known, named, *key) for key in asked))]
     rows += [(Entry(pair), *(_speed(known.get((*key, pair))) for key in asked)) for pair in pairs]
-    caption = (
-        "Microseconds of processor time for an answer: what the engine and its adapter took in their own process, for "
-        "a call from Python that makes both shapes anew; what guards them is left out"
-    )
+    caption = "Speed: microseconds of processor time for an answer"
     return Table(caption, tuple(columns), tuple(rows))
 
 

@@ -276,11 +276,11 @@ def test_the_command_prints_the_worst_and_on_demand_every_pair(
     brief = capsys.readouterr().out
     assert "one · distance" in brief
     assert "huge" in brief
-    assert "Microseconds" not in brief
+    assert "Speed: microseconds" not in brief
     assert main(["accuracy", str(report), "--all", "--markdown"]) == 0
     full = capsys.readouterr().out
     assert "| Box–Box · distance " in full
-    assert "Microseconds" in full
+    assert "Speed: microseconds" in full
     assert main(["accuracy", str(report / "report.json"), "--pair", "box-box", "--markdown"]) == 0
     one = capsys.readouterr().out
     assert "| Box–Box · distance " in one
