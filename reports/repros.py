@@ -69,12 +69,18 @@ def _lines(finding: Finding) -> Iterator[str]:
     """What a script must print."""
     verdict, related = finding.verdict, finding.related
     for answer in (finding.answer, related.answer if related else {}):
-        yield from (f"  {name} = {value!r}" for name, value in answer.items())
+        yield from (f"  {name} = {value!r}" for name, value in answer.items() if not _is_rubbish(value))
     if finding.scene.motion is None and verdict.certificate is not None and related is None:
         yield from (repr(bound + 0.0) for bound in (verdict.lower, verdict.upper) if math.isfinite(bound))
     yield "verdict: WRONG: "
     if verdict.kind is Kind.WRONG and math.isfinite(verdict.amount) and verdict.amount > 0:
         yield f", by at least {verdict.amount!r} "
+
+
+def _is_rubbish(value: object) -> bool:
+    """Whether an engine left its answer unset: what its memory held reads as tiny numbers, which change."""
+    numbers = value if isinstance(value, list) else [value]
+    return any(isinstance(x, float) and 0 < abs(x) < 1e-300 for x in numbers)
 
 
 def _last(printed: str) -> str:

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from oracles.repro.pieces.claims import CLAIMS
 from oracles.repro.pieces.exact import Refused
 from oracles.repro.pieces.impacts import breaches
 from oracles.repro.pieces.judging import TRIALS
-from oracles.repro.selecting import ORDER, pieces, select
+from oracles.repro.selecting import ORDER, select
 from oracles.scene import DISTANCE, RAYCAST, Scene
 from refimpl import Ray
 from refimpl.pairs import TABLE
@@ -167,7 +168,7 @@ def test_the_laws_of_impacts_are_those_of_the_judge() -> None:
 
 def test_the_pieces_need_only_the_standard_library_and_each_other() -> None:
     for module in ORDER:
-        text = (pieces.__wrapped__.__globals__["files"])("oracles.repro.pieces").joinpath(f"{module}.py").read_text()
+        text = files("oracles.repro.pieces").joinpath(f"{module}.py").read_text("utf-8")
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.ImportFrom):
                 top, _, rest = str(node.module).partition(".")

@@ -330,6 +330,32 @@ def test_literals_read_back_to_the_bit() -> None:
     assert max(map(len, text.splitlines())) < 140
 
 
+def test_what_an_engine_left_unset_may_change() -> None:
+    verdict = Verdict(Kind.WRONG, "distance too large", None, 1.0)
+    finding = Finding("fcl", TOUCHING, {"distance": 2.0, "on_b": [6.95e-310, 0.0, 0.0]}, {}, verdict)
+    said_so = "verdict: WRONG: distance too large, by at least 1.0 (…)"
+    assert list(differences(finding, repros.Ran(1, f"  distance = 2.0\n  on_b = [5e-310]\n{said_so}"))) == []
+    assert list(differences(finding, repros.Ran(1, f"  distance = 3.0\n{said_so}"))) == [
+        "does not show 'distance = 2.0'"
+    ]
+
+
+def test_names_and_words_of_strangers_stay_words(tmp_path: Path) -> None:
+    class Stranger(OffByAThousandth):
+        name = 'a"""b\\ \u202e{c}\n"); import os #'
+
+        def repro(self, *_: object) -> str:
+            return 'x = """two\nlines"""\nprint("distance =", len(x))\nprint("on_a = rubbish")\n'
+
+    answer = answer_by(OffByAThousandth, TOUCHING)
+    text = of_own(Stranger, TOUCHING, answer)
+    assert "\u202e" not in text
+    ran = run_own(text, tmp_path)
+    assert ran.status == 1
+    assert "  distance = 9.0\n" in ran.printed
+    assert "  on_a = rubbish\n" in ran.printed
+
+
 def test_long_lists_of_an_engine_s_call_are_packed() -> None:
     numbers = Numbers()
     call = f"π = {[0.1] * 200}  # é\nx = f({[[1, -2]] * 100}, [3, 4])\ny = [π, {[1.5] * 300}]\n"

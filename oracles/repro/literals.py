@@ -69,7 +69,9 @@ class Numbers:
             return "[" + ", ".join(map(self._line, value)) + "]"
         if isinstance(value, float) and not math.isfinite(value):
             return "math.nan" if math.isnan(value) else "math.inf" if value > 0 else "-math.inf"
-        return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
+        if isinstance(value, str):
+            return json.dumps(value) if value.isascii() else ascii(value)
+        return repr(value)
 
 
 UNPACKED = '''def unpacked(text):

@@ -86,8 +86,10 @@ def _at_rest(engine: Engine, scene: Scene, answer: Mapping[str, object], verdict
     case, shapes = Case(), dict[str, Any]()
     for side in facts.sides:
         for name, shape in (("A", side.a), ("B", side.b)):
-            if shape not in shapes.values():
-                shapes[name if side.whose == GIVEN else f"{name}_USED"] = shape
+            if side.whose == GIVEN:
+                shapes[name] = shape
+            elif shape not in shapes.values():
+                shapes[f"{name}_USED"] = shape
     case.constants |= shapes
     case.constants |= {"ANSWER": dict(answer), "HELD": facts.held}
     case.constants["SIDES"] = [_side(side, shapes, case) for side in facts.sides]

@@ -18,7 +18,10 @@ def told(lines: Sequence[str], names: Sequence[str]) -> Answer:
     for line in lines:
         name, equals, text = line.partition(" = ")
         if equals and name.strip() in names:
-            values = [float(value) for value in text.strip().strip("[]()").split(",")]
+            try:
+                values = [float(value) for value in text.strip().strip("[]()").split(",")]
+            except ValueError:
+                continue
             if not all(math.isnan(value) for value in values):
                 found[name.strip()] = values if len(values) > 1 else values[0]
     return found
