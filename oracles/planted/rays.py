@@ -112,8 +112,8 @@ class Rays(Balls):
         height = dot(sub(point, rod.p), axis)
         if way < 0 or not 0 <= height <= length(sub(rod.q, rod.p)):
             return []
-        normal = unit(across(unit(along(offset, way, drift)), axis))
-        return [Hit(way, normal if any(normal) else unit(times(-1.0, drift)))]
+        normal = across(unit(along(offset, way, drift)), axis)
+        return [Hit(way, unit(normal if length(normal) > UPRIGHT else times(-1.0, drift)))]
 
     def caps_of_rod(self, ray: Line, rod: Rod) -> list[Hit]:
         """The balls around the ends; only their outer half counts for the normal."""
@@ -123,8 +123,8 @@ class Rays(Balls):
             if way is not None:
                 normal = outward(sub(along(ray.origin, way, ray.direction), end), ray)
                 if dot(normal, away) < 0:
-                    beside = unit(across(normal, away))
-                    normal = beside if any(beside) else away
+                    beside = across(normal, away)
+                    normal = unit(beside) if length(beside) > UPRIGHT else away  # else it is rounding
                 found.append(Hit(way, normal))
         return found
 
