@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from oracles.accuracy import ABSOLUTE, RELATIVE, Extreme, ExtremeKey, keep_worst
 from oracles.adapters import UnsoundAdapter
 from oracles.answers import add_to_digest, reference_for, take
 from oracles.batch import Batch, PairKey
@@ -20,9 +22,9 @@ from oracles.engine import Answers
 from oracles.impact_regimes import impact_regimes_for
 from oracles.judges import audit_of, finding_of
 from oracles.outcome import FINDINGS, SUSPECT, Kind, Outcome
-from oracles.reference import is_quick
+from oracles.reference import gaps, is_quick
 from oracles.regimes import Regime, regimes_for
-from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, cells_of
+from oracles.scene import CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, cells_of
 from oracles.screening import KINDS, Screening
 from oracles.sheets import Sheet
 from oracles.words import decade_of
@@ -40,6 +42,8 @@ STEPPED = 6
 AUDITED = 4
 """One regime in so many is audited in a task, in turn: a proof costs as much as a hundred answers."""
 GIVE_UP_AFTER = 1
+AT_REST = (DISTANCE, CONTACTS)
+"""Queries of which the signed distance of the two is known once an answer is judged."""
 
 
 @dataclass
@@ -109,6 +113,7 @@ class _Bulk:
         rows, asked = batch.rows, self.shop.asked(cell)
         for bench in asked:
             answers = bench.answer(cell, rows, batch.groups, GIVE_UP_AFTER)
+            self.outcome.spend({(bench.name, cell.query, cell.pair): bench.worker.effort})
             self.outcome.hunters["bulk"] += len(answers)
             add_to_digest(self.digest, bench.name, cell, answers)
             try:
@@ -125,17 +130,31 @@ class _Bulk:
         with timed("judge"):
             screening = bench.judges.screen(cell, batch.a, batch.b, batch.motion, answers)
         suspects, proven = screening.rows_of(SUSPECT), np.zeros(len(batch), dtype=bool)
-        sizes = batch.sizes if suspects.size else np.zeros(0)
         for i in suspects[np.argsort(_odd_numbers(batch, suspects), kind="stable")].tolist():
-            found = len(self.outcome.findings)
-            screening.codes[i] = KINDS.index(self.weigh(bench, cell, batch, i, answers, screening, float(sizes[i])))
+            found, size = len(self.outcome.findings), float(batch.sizes[i])
+            screening.codes[i] = KINDS.index(self.weigh(bench, cell, batch, i, answers, screening, size))
             proven[i] = len(self.outcome.findings) > found
         names = dict(zip(batch.groups.tolist(), batch.regimes, strict=True))
         for (group, kind), number in screening.counts(batch.groups).items():
             self.outcome.counts[bench.name, cell.query, cell.pair, names[group], kind] += number
+        keep_worst(self.outcome.extremes, self.extremes(bench, cell, batch, screening.error))
         with timed("store"):
-            sheet = Sheet.of_batch(bench.name, cell, batch, answers, screening, proven)
+            gap = gaps(batch.a, batch.b, ~np.isnan(screening.error) & (cell.query in AT_REST))
+            sheet = Sheet.of_batch(bench.name, cell, batch, answers, screening, proven, gap)
             self.outcome.sheets.append(sheet)
+
+    def extremes(
+        self, bench: Bench, cell: Cell, batch: Batch, error: NDArray[np.float64]
+    ) -> Iterator[tuple[ExtremeKey, Extreme]]:
+        """The worst errors of a batch, where there are any."""
+        if not np.nanmax(error, initial=0.0) > 0:
+            return
+        with np.errstate(divide="ignore", invalid="ignore"):
+            measured = {ABSOLUTE: error, RELATIVE: error / batch.sizes}
+        for measure, amounts in measured.items():
+            worst = int(np.nanargmax(amounts))
+            extreme = Extreme(batch.scene(cell.query, worst), float(error[worst]))
+            yield (bench.name, cell.query, cell.pair, measure), extreme
 
     def weigh(
         self, bench: Bench, cell: Cell, batch: Batch, i: int, answers: Answers, screening: Screening, size: float

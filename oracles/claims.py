@@ -79,8 +79,8 @@ class Claim:
     rounding: Array
     by_convention: bool = False
     """Whether the engine declares that it does not make this claim: breaking it is a convention."""
-    measures: bool = False
-    """Whether its violation is the error of the value that was answered."""
+    measures: Bools | None = None
+    """Where its violation is the error of a finite value that was answered."""
     kept: bool = False
     """Whether others will ask about x and y too, so that what is known of them is kept."""
 
@@ -102,6 +102,14 @@ class Claim:
             above = np.where(self.made & (least != self.high), least - self.high, -np.inf)
         error = error_of(self.x, self.y) * size + self.rounding
         return np.minimum(below, self.cap), np.minimum(above, self.cap), error
+
+    def measured(self, worst: Array, doubt: Array) -> Array:
+        """Error of the value at least, given the larger violation and what it may err by; NaN where it has none.
+
+        An infinite distance that is right, or that tells of an overlap without its depth, is no length.
+        """
+        valued = (worst > 0) if self.measures is None else self.measures | (worst > 0)
+        return np.where(self.made & valued, np.maximum(worst - doubt, 0.0), np.nan)
 
 
 ROUNDING = 2.0**-50
@@ -203,7 +211,7 @@ class Questioned:
         cap: float | Array = np.inf,
         rounding: float | Array = 0.0,
         by_convention: bool = False,
-        measures: bool = False,
+        measures: Bools | None = None,
         kept: bool = False,
     ) -> Claim:
         most, slack = (np.broadcast_to(np.asarray(v, dtype=np.float64), made.shape) for v in (cap, rounding))
@@ -235,10 +243,10 @@ class Questioned:
         waived = self.query == CONTACTS and bool(self.waived & OTHER_DEPTHS)
         some_depth = (value == -np.inf) & (Convention.NO_DEPTH in self.waived)
         bounds, words = (value, np.where(some_depth, 0.0, value)), (LONG, SHORT)
-        yield self._claim(
-            self.a, self.b, bounds, words, VALUE, said, margin, by_convention=waived, measures=True, kept=True
-        )
         finite = said & np.isfinite(value)
+        yield self._claim(
+            self.a, self.b, bounds, words, VALUE, said, margin, by_convention=waived, measures=finite, kept=True
+        )
         directed = finite & np.isfinite(answers.normal).all(axis=-1)
         yield self._unit_claim(directed)  # moving along a normal that is too short also stops short
         yield from self._normal_claim(directed, margin)
@@ -338,9 +346,9 @@ class Questioned:
         way = norm(point - ray.origin)
         late, off = (RAY_LATE, ""), ("", RAY_OFF)
         yield self._claim(
-            until, self.b, (zero, -free), late, VALUE, hit & (way > 0), margin, way, rounding, measures=True
+            until, self.b, (zero, -free), late, VALUE, hit & (way > 0), margin, way, rounding, measures=hit
         )
-        yield self._claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding, measures=True)
+        yield self._claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding, measures=hit)
         placed = hit & np.isfinite(answers.point).all(axis=-1)
         named_point = Point(np.where((placed & usable)[:, None], answers.point, point))
         ball = Capsule(point, point, zero)

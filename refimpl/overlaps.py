@@ -1,8 +1,9 @@
 """Unions against unions: nearest atoms, contacts of overlapping atoms, and the bounds of the depth.
 
 The signed distance of unions that are apart is the least over all pairs of atoms. Where they overlap it is minus the
-length of the shortest translation that separates them, and that is known between two bounds: no pair of atoms comes
-apart with less than its own depth, and every translation that is found to leave them disjoint is long enough.
+length of the shortest translation that separates them. Branch and bound finds it for polytopes; of round atoms it is
+known between two bounds: no pair comes apart with less than its own depth, and every translation that is found to leave
+all disjoint is long enough.
 """
 
 from __future__ import annotations

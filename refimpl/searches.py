@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import Any
 
 from refimpl.compiling import buffer
-from refimpl.kernels.escapes import AROUND
+from refimpl.kernels.branches import LEVEL, LEVELS, SPOT
 from refimpl.kernels.leastmove import PLANE
 from refimpl.kernels.tangents import Tangents
 from refimpl.kernels.ways import Search
@@ -31,7 +31,7 @@ def search_room(pairs: int, room: int, module: ModuleType) -> Search:
     module
         The kernels' own, which says what they read.
     """
-    tangents, planes = 512 + 8 * room, 64 + 2 * room
+    tangents, planes = 512 + 40 * room, 64 + 2 * room
     known = Tangents(
         first=_whole(min(pairs, CHAINS), module),
         next=_whole(tangents, module),
@@ -39,6 +39,7 @@ def search_room(pairs: int, room: int, module: ModuleType) -> Search:
         place=_whole(tangents, module),
         plane=buffer(PLANE * tangents, module),
         touch=buffer(3 * tangents, module),
+        listed=_whole(min(pairs, CHAINS), module),
         used=_whole(1, module),
     )
     return Search(
@@ -48,5 +49,6 @@ def search_room(pairs: int, room: int, module: ModuleType) -> Search:
         listed=_whole(room, module),
         places=_whole(1, module),
         short=_whole(1, module),
-        reach=buffer(AROUND, module),
+        levels=_whole(LEVEL * LEVELS, module),
+        spots=buffer(SPOT * LEVELS, module),
     )

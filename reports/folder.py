@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from oracles.outcome import Run
-from reports import html, issues, junit, markdown, sarif
+from reports import html, issues, junit, markdown, sarif, viewer
+from reports.accuracy_data import as_csv
 from reports.findings import bucket_views
 from reports.summary import SCHEMA, report_json, schema
 
-BELOW = {"repro": "py", "issues": "md"}
+BELOW = {"repro": "py", "issues": "md", "pictures": "svg"}
 """Folders with a file for each bucket, and how those end."""
 
 OWN = re.compile(r"\d{3,}-[A-Za-z0-9-]+\.")
@@ -69,15 +70,17 @@ def write(run: Run, folder: Path) -> None:
 def contents(run: Run) -> Iterator[tuple[str, str]]:
     """Each file of the report: its path within the folder, and its text."""
     views = bucket_views(run)
-    for bucket, view in zip(run.buckets, views, strict=True):
+    for bucket, view, issue in zip(run.buckets, views, issues.issues(run, views), strict=True):
         if view.repro:
             yield view.file, view.repro
-        yield view.issue, issues.issue(run, bucket, view)
+        yield view.issue, issue
+        yield view.picture, viewer.picture(bucket)
     yield "report.json", report_json(run)
+    yield "accuracy.csv", as_csv(run)
     yield SCHEMA, schema()
     yield "junit.xml", junit.render(run, views)
     yield "report.sarif", sarif.render(run, views)
-    yield "report.md", markdown.render(run)
+    yield "report.md", markdown.render(run, beside=True)
     yield "index.html", html.render(run)
 
 

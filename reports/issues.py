@@ -7,15 +7,17 @@ the expected answer is the right one is said in words that can be checked by han
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from oracles.engines import PACKAGES
 from oracles.outcome import COMPARED, FINDINGS, Bucket, Finding, Kind, Run, Verdict
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
-from reports import text
+from refimpl.shapes import Composite, Proxy
+from reports import shapes, text
 from reports.findings import BucketView, interval, value
 from reports.markdown import escape, fenced, table_lines
-from reports.tables import Column, Entry, Table
+from reports.tables import Column, Entry, Table, grouped, total
 
 ASKED = {
     DISTANCE: "Distance of {} and {}",
@@ -37,8 +39,26 @@ CONVENTIONS = {
 }
 """What the numbers mean, by query."""
 
+ROTATION = "turned by the quaternion `rotation` (x, y, z, w) of any length"
+MEANINGS = {
+    "Ray": "from `origin` along `direction`",
+    "Capsule": "all points at most `radius` from the segment from `p` to `q`",
+    "HalfSpace": "normal · x + k ≤ 0, whatever the normal's length",
+    "Box": f"`half_extents` along its axes, {ROTATION}",
+    "KDOP": "lower ≤ direction · x ≤ upper for each direction",
+    "Ellipsoid": f"semi-axes `radii`, {ROTATION}",
+    "Cylinder": "a solid cylinder whose axis runs from `p` to `q`",
+    "ConvexPolyhedron": f"the hull of the vertices, or normal · x + k ≤ 0 for all planes (normal, k); {ROTATION}",
+    "Polyhedron": f"the solid bounded by the triangles, {ROTATION} and moved by `position`",
+    "Composite": "the union of its parts",
+}
+"""What the numbers of a scene mean, where that is not plain."""
+
 LONGEST_CALL = 8000
 """Characters of a script that stands in an issue; longer ones are to be attached."""
+
+Tallies = dict[tuple[str, ...], Counter[Kind]]
+"""Verdicts by cell, and by cell and regime."""
 
 MOST_RELATED, MOST_REGIMES = 8, 12
 SYSTEM = ("numpy", "python", "platform")
@@ -53,18 +73,20 @@ def title(bucket: Bucket) -> str:
     return f"{asked}: {text.visible(bucket.symptom)}{amount}"
 
 
-def issue(run: Run, bucket: Bucket, view: BucketView) -> str:
-    """Return the text of the issue, its title as the heading."""
-    return "\n".join(_lines(run, bucket, view)) + "\n"
+def issues(run: Run, views: Sequence[BucketView]) -> Iterator[str]:
+    """Texts of the issues of all buckets, each with its title as the heading."""
+    tallies = grouped(run, "engine", "query", "pair", "regime") | grouped(run, "engine", "query", "pair")
+    for bucket, view in zip(run.buckets, views, strict=True):
+        yield "\n".join(_lines(run, bucket, view, tallies)) + "\n"
 
 
-def _lines(run: Run, bucket: Bucket, view: BucketView) -> Iterator[str]:
-    yield from (f"# {escape(title(bucket))}", "", escape(view.story), "")
+def _lines(run: Run, bucket: Bucket, view: BucketView, tallies: Tallies) -> Iterator[str]:
+    yield from (f"# {escape(title(bucket))}", "", escape(view.fact), "")
     yield from ("## Versions", "", *(f"- {escape(line)}" for line in _versions(run, bucket)), "")
     yield from ("## Steps to reproduce", "", *_steps(bucket, view), "")
     yield from ("## Expected", "", *_expected(bucket, view), "")
     yield from ("## Actual", "", *_actual(bucket, view), "")
-    yield from ("## How often", "", *_often(run, bucket), "")
+    yield from ("## How often", "", *_often(run, bucket, tallies), "")
     related = list(_related(run, bucket))
     if related:
         yield from ("## Related", "", *related, "")
@@ -81,14 +103,27 @@ def _versions(run: Run, bucket: Bucket) -> Iterator[str]:
 
 
 def _steps(bucket: Bucket, view: BucketView) -> Iterator[str]:
-    called = text.block(bucket.repro, LONGEST_CALL + 1)
-    if not bucket.repro:
+    called = text.block(bucket.call, LONGEST_CALL + 1)
+    if not bucket.call:
         yield "Ask for this scene:"
-    elif len(bucket.repro) <= LONGEST_CALL:
+    elif len(bucket.call) <= LONGEST_CALL:
         yield from ("It needs nothing but the engine and numpy:", "", *fenced(called, "python"))
     else:
         yield f"The script {escape(view.file)}, to be attached, needs nothing but the engine and numpy."
-    yield from ("", "The scene, in full precision:", "", *_scene(view.scene, bucket))
+    scene = bucket.witness.scene
+    whole = shapes.is_whole(scene.a) and shapes.is_whole(scene.b)
+    told = "in full precision" if whole else "of which the script has every number"
+    yield from ("", f"The scene, {told}:", "", *_scene(view.scene, bucket))
+    types = dict.fromkeys(name for shape in (scene.a, scene.b) for name in _types(shape) if name in MEANINGS)
+    yield from ("", *(f"- {name}: {MEANINGS[name]}" for name in types))
+
+
+def _types(shape: Proxy) -> Iterator[str]:
+    """Names of a shape's type, and of those of its parts."""
+    yield type(shape).__name__
+    if isinstance(shape, Composite):
+        for part in shape.parts:
+            yield from _types(part)
 
 
 def _scene(scene: Iterable[tuple[str, str]], bucket: Bucket) -> list[str]:
@@ -158,18 +193,19 @@ def _answers(finding: Finding) -> Table:
     return Table("", columns, tuple(rows))
 
 
-def _often(run: Run, bucket: Bucket) -> Iterator[str]:
+def _often(run: Run, bucket: Bucket, tallies: Tallies) -> Iterator[str]:
     """Counts, of all answers on these types and by recipe."""
-    where = {"engine": bucket.engine, "query": bucket.query, "pair": bucket.pair}
-    compared = text.plural(run.total(**where, kinds=COMPARED), "scene")
+    cell = bucket.engine, bucket.query, bucket.pair
+    whole = tallies.get(cell, Counter())
+    compared = text.plural(total(whole, COMPARED), "scene")
     proven = f" ({text.count(bucket.proven)} of them proven one by one)" if bucket.proven else ""
-    every = run.total(**where, kinds=FINDINGS)
+    every = total(whole, FINDINGS)
     others = f" All faults together: {text.count(every)}." if every > bucket.count else ""
     yield f"Seen {text.plural(bucket.count, 'time')}{proven} among {compared} of these types.{others} By kind of scene:"
     yield ""
     rows = []
     for name, n in bucket.regimes.most_common(MOST_REGIMES):
-        of = run.total(**where, regime=name, kinds=COMPARED)
+        of = total(tallies.get((*cell, name), Counter()), COMPARED)
         why = text.visible(run.regimes.get(name, ""))
         rows.append((Entry(text.visible(name)), Entry(f"{text.count(n)} of {text.count(of)}"), Entry(why)))
     columns = (Column("scenes"), Column("wrong", numeric=True), Column("what they are"))

@@ -102,7 +102,7 @@ def _cells(run: Run, views: Sequence[BucketView], engine: str) -> Iterable[Case]
     counts = grouped(run, *("engine", "query", "pair"))
     told: dict[CellKey, list[tuple[Bucket, str]]] = {}
     for bucket, view in zip(run.buckets, views, strict=True):
-        line = f"{view.number}. [{view.state}] {view.title}\n   {view.story}\n   {view.facts[0][1]}; {view.file}"
+        line = f"{view.number}. [{view.state}] {view.title}\n   {view.fact}\n   {view.facts[0][1]}; {view.file}"
         told.setdefault(view.cell, []).append((bucket, line))
     for key, note in run.support.items():
         if key[0] == engine:

@@ -6,13 +6,14 @@ It is cut to what a reader can show, what is new first; it says what it leaves o
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from html import escape as html_escape
 
 from oracles.ledger.states import UNSETTLED
 from oracles.outcome import Run, State
 from reports import text
+from reports.accuracy import NOTE, accuracy
 from reports.content import TITLE, WORDS, Content, content
 from reports.cutting import Part, fitting, put_together
 from reports.findings import BucketView
@@ -41,22 +42,22 @@ LEADING = re.compile(r"^(?:[-+=](?!\d)|\d+[.)](?=\s|$))")
 """What would make a list, a rule or a heading of a line that starts with it."""
 
 
-def render(run: Run, limit: int = LIMIT, *, pictures: bool = False) -> str:
+def render(run: Run, limit: int = LIMIT, *, beside: bool = False) -> str:
     """Return the report as Markdown.
 
     Parameters
     ----------
     limit
         Bytes that it may have; nothing is returned where not even the headline fits.
-    pictures
-        Whether the pictures lie beside it.
+    beside
+        Whether pictures, scripts and issues lie beside it, and may be linked.
     """
-    return written(content(run), limit, pictures=pictures)
+    return written(content(run), limit, accuracy(run), beside=beside)
 
 
-def written(report: Content, limit: int = LIMIT, *, pictures: bool = False) -> str:
-    """Return what a report says as Markdown (see `render`)."""
-    parts = list(_parts(report, pictures=pictures))
+def written(report: Content, limit: int, errors: Sequence[Table] = (), *, beside: bool = False) -> str:
+    """Return what a report says as Markdown (see `render`), with tables of errors."""
+    parts = list(_parts(report, errors, beside=beside))
     whole = fitting(parts, limit)
     if len(whole) < len(parts):
         taken = fitting(parts, limit - RESERVED)
@@ -108,7 +109,7 @@ def _row(cells: Iterable[str], widths: list[int], columns: tuple[Column, ...]) -
     return f"| {' | '.join(padded)} |"
 
 
-def _parts(report: Content, *, pictures: bool) -> Iterator[Part]:
+def _parts(report: Content, errors: Sequence[Table], *, beside: bool) -> Iterator[Part]:
     """The report in its order, with what matters most ranked first."""
 
     def section(heading: str, rank: int, name: str, *lines: str) -> Part:
@@ -124,9 +125,10 @@ def _parts(report: Content, *, pictures: bool) -> Iterator[Part]:
     yield section("Matrix", OVERVIEW, "the matrix", *legend)
     for matrix in report.matrices:
         yield section("Matrix", KNOWN, "the matrix pair by pair", *folded(matrix.caption, table_lines(matrix)))
+    yield from _accuracy(errors)
     found = table_lines(report.index) if report.groups else ["None."]
     yield section("Findings", KNOWN, "the list of findings", *found)
-    yield from _details(report, pictures=pictures)
+    yield from _details(report, beside=beside)
     ledger = table_lines(report.ledger) if report.ledger.rows else ["No entries."]
     yield section("Ledger", KNOWN, "the ledger", *ledger)
     yield section("Regimes", NOTES, "regimes", *table_lines(report.regimes))
@@ -140,14 +142,24 @@ def _parts(report: Content, *, pictures: bool) -> Iterator[Part]:
     yield section("Words", NOTES, "words", *_facts(WORDS))
 
 
-def _details(report: Content, *, pictures: bool) -> Iterator[Part]:
+def _accuracy(tables: Sequence[Table]) -> Iterator[Part]:
+    """Tables of errors: the first, by query, at a glance, and the others to be unfolded."""
+    headings, name = ("## Accuracy",), "accuracy"
+    for table in tables[:1]:
+        yield Part((f"{escape(table.caption)}:", "", *table_lines(table), ""), OVERVIEW, headings, name=name)
+        yield Part((escape(NOTE), ""), NOTES, headings, name=name)
+    for table in tables[1:]:
+        yield Part(tuple(folded(table.caption, table_lines(table))), NOTES, headings, name=name)
+
+
+def _details(report: Content, *, beside: bool) -> Iterator[Part]:
     """Each finding at length, by cell."""
     for group in report.groups:
         headings = ("## Findings", f"### {escape(group.heading)}")
         support = (escape(group.support), "") if group.support else ()
         for bucket in group.buckets:
             rank = NEW if bucket.state == State.NEW else DETAILS
-            lines = (*support, *_bucket(bucket, pictures=pictures))
+            lines = (*support, *_bucket(bucket, beside=beside))
             yield Part(lines, rank, headings, series=True)
             support = ()
 
@@ -186,11 +198,11 @@ def folded(summary: str, lines: Iterable[str]) -> list[str]:
     return ["<details>", f"<summary>{html_escape(summary)}</summary>", "", *lines, "", "</details>", ""]
 
 
-def _bucket(bucket: BucketView, *, pictures: bool) -> Iterator[str]:
+def _bucket(bucket: BucketView, *, beside: bool) -> Iterator[str]:
     yield from (f"#### {bucket.number}\\. {escape(bucket.title)}", "", escape(bucket.story), "")
-    if pictures:
+    if beside:
         yield from (f"![The two proxies of finding {bucket.number}]({bucket.picture})", "")
-    yield from (*_facts(bucket.facts), *_files(bucket), "", *_scene(bucket.scene), "")
+    yield from (*_facts(bucket.facts), *_files(bucket, beside=beside), "", *_scene(bucket.scene), "")
     yield from (*table_lines(bucket.answers), "")
     if bucket.error:
         yield from ("The engine's last words:", "", *fenced(bucket.error), "")
@@ -200,11 +212,11 @@ def _bucket(bucket: BucketView, *, pictures: bool) -> Iterator[str]:
         yield from folded(f"Certificate: {bucket.proof.interval}", _proof(bucket.proof))
 
 
-def _files(bucket: BucketView) -> Iterator[str]:
+def _files(bucket: BucketView, *, beside: bool) -> Iterator[str]:
     """Where the script and the issue's text lie; their names are letters and digits only."""
-    if bucket.repro:
-        yield f"- script that shows it: [{bucket.file}]({bucket.file})"
-    yield f"- issue for the engine's project: [{bucket.issue}]({bucket.issue})"
+    for label, path in (("script that shows it", bucket.file), ("issue for the engine's project", bucket.issue)):
+        if bucket.repro or path != bucket.file:
+            yield f"- {label}: [{path}]({path})" if beside else f"- {label}: {path}"
 
 
 def _scene(proxies: Iterable[tuple[str, str]]) -> list[str]:

@@ -12,9 +12,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from oracles.outcome import Bucket, Finding, Kind, Related, Severity, State, Verdict
+from oracles.outcome import Bucket, EntryNote, Finding, Kind, Related, Run, Severity, State, SupportNote, Verdict
 from oracles.records import certificate_from_json
 from oracles.scene import Scene
+from reports.accuracy_data import accuracy_from
 from reports.summary import FORMAT
 
 REPORT = "report.json"
@@ -74,6 +75,51 @@ def read_report(place: Path) -> dict[str, Any]:
     return data
 
 
+def run_from_data(data: dict[str, Any]) -> Run:
+    """Rebuild what a report says of its run, but for the buckets; raises `NoReport` when it is damaged."""
+    try:
+        run = Run(int(data["seed"]), float(data["budget"]), _word(data["started"]), float(data["seconds"]))
+        for name in ("engines", "models", "problems"):
+            setattr(run, name, [_word(item) for item in data[name]])
+        for name in ("versions", "engine_versions", "regimes"):
+            setattr(run, name, {_word(key): _word(value) for key, value in data[name].items()})
+        run.timing = {_word(key): float(value) for key, value in data["timing"].items()}
+        run.incidents, run.hunters = (_counts(data[name]) for name in ("incidents", "hunters"))
+        run.interrupted, run.digest, run.recalled = bool(data["interrupted"]), _word(data["digest"]), data["recalled"]
+        for item in data["counts"]:
+            engine, query, pair, regime = _words(item, "engine", "query", "pair", "regime")
+            run.counts[engine, query, pair, regime, Kind(item["verdict"])] += int(item["count"])
+        for item in data["relations"]:
+            engine, relation, query = _words(item, "engine", "relation", "query")
+            run.relations[engine, relation, query, Kind(item["verdict"])] += int(item["count"])
+        for item in data["support"]:
+            engine, query, pair, kind, reason = _words(item, "engine", "query", "pair", "kind", "reason")
+            run.support[engine, query, pair] = SupportNote(kind, reason)
+        run.accuracy = accuracy_from(data["accuracy"])
+        run.ledger = [_entry_note(item) for item in data["ledger"]]
+    except DAMAGE as error:
+        raise NoReport(f"the report is damaged: {in_words(error)}") from None
+    return run
+
+
+def _entry_note(item: dict[str, Any]) -> EntryNote:
+    """Rebuild what a run makes of an entry: lists become tuples."""
+    values: dict[str, Any] = {name: _tuples(value) for name, value in item.items()}
+    return EntryNote(**{**values, "state": State(item["state"])})
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _words(item: dict[str, Any], *names: str) -> list[str]:
+    return [_word(item[name]) for name in names]
+
+
+def _counts(data: dict[str, Any]) -> Counter[str]:
+    return Counter({_word(name): int(number) for name, number in data.items()})
+
+
 def bucket_from_data(data: dict[str, Any]) -> Bucket:
     """Rebuild a bucket of a `report.json`, without its script; the certificate is read and not yet checked.
 
@@ -96,7 +142,7 @@ def bucket_from_data(data: dict[str, Any]) -> Bucket:
             count=int(data["count"]),
             proven=int(data["proven"]),
             worst=float(data["worst"]),
-            regimes=Counter({_word(name): int(n) for name, n in data["regimes"].items()}),
+            regimes=_counts(data["regimes"]),
             entry=None if data["entry"] is None else _word(data["entry"]),
             state=State(data["state"]),
             cause=_word(data["cause"]),
@@ -150,8 +196,8 @@ def chosen(data: dict[str, Any], wanted: str) -> dict[str, Any]:
     if len(found) == 1:
         return found[0]
     if not found:
-        raise NoReport(f"no bucket has the number or id {wanted!r}: there are {_listed(buckets)}")
-    raise NoReport(f"{wanted!r} begins the ids of several buckets: {_listed(found)}")
+        raise NoReport(f"no finding has the number or id {wanted!r}: there are {_listed(buckets)}")
+    raise NoReport(f"{wanted!r} begins the ids of several findings: {_listed(found)}")
 
 
 def _listed(buckets: Iterable[dict[str, Any]], most: int = 6) -> str:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 FINISHED, INCOMPLETE, BAD_INPUT, REFERENCE_WRONG, INTERRUPTED = 0, 1, 2, 3, 130
 BUDGET, SEED, CALL_LIMIT = 60.0, 0, 0.5
 OUT = Path("discrepancy-report")
-BESIDE = ("report.md", "report.json", "junit.xml", "report.sarif", "repro/", "issues/")
+BESIDE = ("report.md", "report.json", "junit.xml", "report.sarif", "accuracy.csv", "repro/", "issues/", "pictures/")
 
 
 def run(

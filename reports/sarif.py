@@ -107,7 +107,7 @@ def _result(bucket: Bucket, view: BucketView, symptoms: list[str]) -> dict[str, 
         "ruleIndex": number,
         "kind": "fail",
         "level": _level(bucket),
-        "message": _message(f"{text.visible(bucket.engine)} {bucket.query} {text.visible(bucket.pair)}: {view.story}"),
+        "message": _message(f"{text.visible(bucket.engine)} {bucket.query} {text.visible(bucket.pair)}: {view.fact}"),
         "locations": [
             {
                 "physicalLocation": {"artifactLocation": where, "region": {"startLine": 1}},

@@ -14,6 +14,7 @@ from oracles.outcome import Bucket, Run
 from oracles.scene import Scene
 from refimpl.proof.wire import certificate_to_json
 from reports import text
+from reports.accuracy_data import accuracy_data
 from reports.findings import repro_file
 
 FORMAT = "proxyproof-report-1"
@@ -50,6 +51,7 @@ def report_data(run: Run) -> dict[str, Any]:
         "counts": counts,
         "relations": relations,
         "support": support,
+        "accuracy": accuracy_data(run),
         "ledger": [dict(vars(note)) for note in run.ledger],
     }
     buckets = [_bucket(number, bucket) for number, bucket in enumerate(run.buckets, 1)]

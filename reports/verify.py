@@ -75,7 +75,7 @@ def _coverage(data: dict[str, Any]) -> Iterator[str]:
 
 def _pages(folder: Path, data: dict[str, Any]) -> Iterator[str]:
     """Both pages must be there, to their end, with every bucket, or with the number of those that were cut."""
-    ends = {"index.html": ("</html>", r'id="bucket-(\d+)"'), "report.md": ("", r"^#### (\d+)\\\. ")}
+    ends = {"index.html": ("</html>", r'<span class="no">(\d+)</span>'), "report.md": ("", r"^#### (\d+)\\\. ")}
     numbers = {bucket["number"] for bucket in data["buckets"]}
     for name, (end, heading) in ends.items():
         try:

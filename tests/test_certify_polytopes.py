@@ -31,7 +31,7 @@ from refimpl.proof import (
 )
 from refimpl.proof.certify import mirrored, round_down, round_up
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Point, Proxy, Ray, Sphere
-from tests.conftest import effort, name_of, scenes_of
+from tests.conftest import effort, name_of, regimes_in_turn, scenes_of
 from tests.truth import ray_interval, signed_distance
 
 INF = math.inf
@@ -55,18 +55,10 @@ def encloses(lower: Any, upper: Any, truth: mpf) -> None:
         assert real(lower) - slack <= truth <= real(upper) + slack
 
 
-WIDE = pytest.mark.xfail(reason="a thin k-DOP beside a model, 90 of its sizes away: 2.7e-12 of the scene", strict=True)
-"""Known and open: the regime `models` came to this scene when it drew other numbers."""
-
-
-@pytest.mark.parametrize(
-    "pair",
-    [pytest.param(p, marks=WIDE) if p == (KDOP, ConvexPolyhedron) else p for p in PAIRS],
-    ids=name_of,
-)
+@pytest.mark.parametrize("pair", PAIRS, ids=name_of)
 def test_intervals_are_narrow_and_true_in_every_regime(pair: tuple[type[Proxy], type[Proxy]]) -> None:
     signs = set()
-    for regime in REGIMES:
+    for regime in regimes_in_turn(pair):
         a, b = scenes_of(pair, regime, max(2, effort() // 4))
         for i in range(len(a)):
             certificate = certify(a[i], b[i])

@@ -14,6 +14,7 @@ from refimpl import (
     AABB,
     Box,
     Capsule,
+    ConvexPolyhedron,
     HalfSpace,
     Point,
     Polyhedron,
@@ -191,3 +192,13 @@ def test_a_ray_creeps_across_the_axis_of_a_capsule() -> None:
         assert refimpl.raycast(Ray([1, 0, 0.25], [-slow, 0, 0]), capsule).t == pytest.approx(0.5 / slow, rel=1e-14)
         assert refimpl.raycast(Ray([0.25, 0, -2], [-slow, 0, 1]), capsule).hit
         assert not refimpl.raycast(Ray([1, 0, 0.25], [-slow, 0, 1]), capsule).hit
+
+
+def test_rays_pass_a_wedge_thinner_than_rounding() -> None:
+    """Two planes of which one is tilted by 1e-72 hold nothing beyond their edge; the hit was taken for one there."""
+    sides = [[0, 1, 0, -1], [0, -1, 0, -1], [0, 0, 1, -1], [0, 0, -1, -1]]
+    wedge = ConvexPolyhedron([[1, 0, 0, 0], [-1, 1e-72, 0, 0], *sides])
+    y = np.array([-1.5, -1.0, -0.014, 0.0, 0.014, 0.5])
+    found = refimpl.raycast(Ray(np.stack([np.ones(6), y, np.zeros(6)], axis=-1), [-1.0, 0, 0]), wedge)
+    assert found.hit.tolist() == [False, True, True, True, False, False]
+    assert found.t[1:4].tolist() == [1, 1, 1]

@@ -42,7 +42,7 @@ def test_report_json_is_plain_and_exact(written: Any) -> None:
         assert scene.id == its.witness.scene.id == told["scene"]["id"]
         assert float(told["lower"]) == its.witness.verdict.lower
         script = (written / told["repro"]).read_text("utf-8")
-        assert script.endswith(its.repro)
+        assert its.repro.partition("\n")[2] in script
         assert script.startswith("# ")
     assert data["buckets"][5]["answer"]["distance"] == "NaN"
     assert data["buckets"][5]["amount"] == "Infinity"

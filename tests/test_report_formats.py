@@ -260,9 +260,13 @@ def test_sarif_messages_hold_no_links(run: Run) -> None:
 # -- issues --------------------------------------------------------------------------------------------------
 
 
+def issues_of(run: Run) -> list[str]:
+    return list(issues.issues(run, findings.bucket_views(run)))
+
+
 @pytest.fixture(scope="module")
 def texts(run: Run) -> list[str]:
-    return [issues.issue(run, its, view) for its, view in zip(run.buckets, findings.bucket_views(run), strict=True)]
+    return issues_of(run)
 
 
 def test_issue_has_every_part_a_maintainer_needs(run: Run, texts: list[str]) -> None:
@@ -286,6 +290,9 @@ def test_issue_says_what_is_true_and_why(texts: list[str]) -> None:
     assert "| distance | nan" in texts[5]
     assert "ValueError: nothing came back" in texts[6]
     assert "need a change of at least 0.3" in texts[8]
+    assert "The scene, in full precision:" in texts[0]
+    assert "The scene, of which the script has every number:" in texts[9]
+    assert "- Composite: the union of its parts\n- Polyhedron: " in texts[9]
     for number in (0, 2, 3, 4, 8):
         assert "Why this is so:" in texts[number]
         assert "checked in exact rational arithmetic" in texts[number]
@@ -296,8 +303,7 @@ def test_issue_names_what_is_alike() -> None:
     known, like = run.buckets[7], run.buckets[3]
     like.entry = known.entry
     run.support["fcl", "distance", "Box–Box"] = SupportNote("native", "")
-    view = findings.bucket_views(run)[7]
-    said = issues.issue(run, known, view)
+    said = issues_of(run)[7]
     assert "https://example.org/1" in said
     assert f"- {like.key}: 355 times" in said
 
@@ -305,7 +311,7 @@ def test_issue_names_what_is_alike() -> None:
 def test_long_script_is_attached() -> None:
     run = sample_run()
     run.buckets[0].repro = "x = 1\n" * 5000
-    said = issues.issue(run, run.buckets[0], findings.bucket_views(run)[0])
+    said = issues_of(run)[0]
     assert "repro/001-fcl-boolean-Sphere-Capsule-missed-contact.py, to be attached" in said
     assert len(said) < 5000
 
@@ -313,7 +319,7 @@ def test_long_script_is_attached() -> None:
 def test_issue_of_hostile_words() -> None:
     def structure(words: str) -> list[str]:
         run = hostile_run(words)
-        said = issues.issue(run, run.buckets[0], findings.bucket_views(run)[0])
+        said = issues_of(run)[0]
         return [token.type for token in MarkdownIt("commonmark").enable("table").parse(said)]
 
     assert structure(NASTY) == structure(TAME)

@@ -94,7 +94,7 @@ def test_nothing_new_has_no_heading() -> None:
 
 def test_pictures_are_linked_where_they_lie_beside(run: Run, whole: str) -> None:
     assert "![" not in whole
-    said = markdown.render(run, pictures=True)
+    said = markdown.render(run, beside=True)
     images = [
         child.attrs["src"]
         for token in MarkdownIt("commonmark").parse(said)
@@ -104,10 +104,13 @@ def test_pictures_are_linked_where_they_lie_beside(run: Run, whole: str) -> None
     assert images == [view.picture for view in findings.bucket_views(run)]
 
 
-def test_scripts_and_issues_are_linked(run: Run, whole: str) -> None:
+def test_scripts_and_issues_are_linked_where_they_lie_beside(run: Run, said_of: Content, whole: str) -> None:
+    linked = markdown.written(said_of, markdown.LIMIT, beside=True)
     for view in findings.bucket_views(run):
-        assert f"]({view.file})" in whole
-        assert f"]({view.issue})" in whole
+        for path in (view.file, view.issue):
+            assert f"]({path})" in linked
+            assert f": {path}\n" in whole
+    assert "](" not in whole
 
 
 # -- fitting -------------------------------------------------------------------------------------------------

@@ -85,9 +85,8 @@ def test_the_interval_of_unions_holds_the_truth() -> None:
     assert all(x.holds for x in found)
     assert all(not replace(x, depth=x.truth * (1 - 1e-6)).holds for x in found)
     assert all(not replace(x, least=x.truth * (1 + 1e-6)).holds for x in found)
-    shortest = [x.depth <= x.truth * (1 + SAME) for x in found]
-    assert np.mean(shortest) > 0.7  # most ways out are the shortest; `python -m tests.depths` measures it
-    assert max(x.depth / x.truth for x in found) < 2.0
+    assert all(x.depth <= x.truth * (1 + SAME) for x in found)  # of polytopes no way is overlooked
+    assert all(x.least >= x.truth * (1 - SAME) for x in found)
 
 
 def test_a_missing_corner_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,12 +1,25 @@
 """The search for ways out of overlapping unions: what it keeps, what it need not ask, and that room changes nothing."""
 
 import importlib
+from itertools import product
 
 import numpy as np
 import pytest
 
-from refimpl import Box, Composite, Cylinder, Polyhedron, Sphere, distance, scenes
-from refimpl.kernels import tangents, unions, ways
+from refimpl import (
+    AABB,
+    Box,
+    Capsule,
+    Composite,
+    ConvexPolyhedron,
+    Cylinder,
+    Point,
+    Polyhedron,
+    Sphere,
+    distance,
+    scenes,
+)
+from refimpl.kernels import atom_pairs, tangents, unions, ways
 from refimpl.kernels.escapes import RESULT, way_out
 from refimpl.kernels.ways import HERE
 from refimpl.scenes import scenes as scenes_of
@@ -14,6 +27,7 @@ from refimpl.searches import search_room
 from tests.solids import L_SHAPE, prism
 
 N = 12
+STILL = (0.0, 0.0, 0.0, 1.0)
 
 
 @pytest.fixture
@@ -50,6 +64,37 @@ def test_tangents_lie_below_the_distance(plain):
                 assert search.known.pair[at] == pair
                 assert tangents.height(search.known, at, move) == pytest.approx(asked[pair, i], abs=1e-13)
                 assert tangents.highest(search.known, pair, move)[1] == pytest.approx(asked[pair, i], abs=1e-12)
+
+
+def test_listed_tangents_tell_the_distance_of_polytopes(plain):
+    """Of boxes, a hull, a segment and a point against the boxes and the wedges of a mesh, wherever they overlap."""
+    rng = np.random.default_rng(4)
+    c, q = turned(rng)
+    c = c / 2
+    hull = ConvexPolyhedron.from_vertices(rng.normal(size=(9, 3)), c, q)
+    others = [Box(c, [0.5, 0.4, 0.3], q), AABB(c - 0.5, c + 0.3), hull, Capsule(c, c + 0.7, 0.0), Point(c)]
+    overlapping = np.zeros(len(others), dtype=int)
+    meshes = [
+        Polyhedron(*prism(outline), 0.2 * rng.normal(size=(N, 3)) - 0.4, STILL)
+        for outline in (L_SHAPE, [(0, 0), (2, 0), (0, 1)])
+    ]
+    for mesh, (k, other) in product(meshes, enumerate(others)):
+        (there,) = scenes_of(other, mesh)
+        for row in range(N):
+            scene = unions.scene_of(there.batch, row)
+            pairs = len(scene.b)
+            search = search_room(pairs, pairs, ways)
+            unions.nearest(scene, False)
+            for pair, move in product(range(pairs), [HERE, *map(tuple, 0.2 * rng.normal(size=(4, 3)))]):
+                ways.list_tangents(scene, search, pair)
+                assert tangents.is_whole(search.known, pair)
+                sigma = atom_pairs.answer(scene, 0, pair, move, HERE)[0]
+                _, told = tangents.highest(search.known, pair, move)
+                assert told <= sigma + 1e-14
+                if sigma < 0.0:
+                    assert told == pytest.approx(sigma, abs=1e-14)
+                    overlapping[k] += 1
+    assert np.all(overlapping > 20)
 
 
 def test_chains_that_pairs_share_keep_them_apart():

@@ -45,7 +45,8 @@ def findings(run: Run) -> list[object]:
         (b.key, b.count, b.proven, b.worst, dict(b.regimes), b.witness.scene.id, b.witness.verdict.claim, b.repro)
         for b in run.buckets
     ]
-    return [run.digest, buckets, dict(run.counts), dict(run.hunters), run.problems]
+    accuracy = run.accuracy.errors, run.accuracy.points
+    return [run.digest, buckets, dict(run.counts), dict(run.hunters), run.problems, accuracy]
 
 
 @pytest.fixture(scope="module")
@@ -379,7 +380,7 @@ def test_a_dask_cluster_is_left_as_it_was(cluster: Any) -> None:
     assert run.buckets
     for nanny in cluster.workers.values():
         engines = [p for p in below(nanny.pid) if b"oracles.isolation" in Path(f"/proc/{p}/cmdline").read_bytes()]
-        assert all(gone(process) for process in engines)
+        assert all(gone(process, within=30.0) for process in engines)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://x", "", "127.0.0.1:notaport"])
@@ -393,6 +394,6 @@ def test_no_cluster_is_one_clear_line(monkeypatch: pytest.MonkeyPatch, address: 
 
 
 def test_slow_and_lost_engines_do_not_hold_a_crew_up() -> None:
-    run = campaign(Crew(2), engines=[spec(Hanging)], passes=1, call_limit=0.2)
+    run = campaign(Crew(2), engines=[spec(Hanging)], passes=1, call_limit=0.05)
     assert {bucket.symptom for bucket in run.buckets} == {"no answer in time"}
     assert run.problems == []

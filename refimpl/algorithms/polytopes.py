@@ -18,14 +18,15 @@ from refimpl.compiling import is_compiled, module_for, numbers
 from refimpl.derived import Derived
 from refimpl.hulls import Hull, hull_of_box
 from refimpl.kernels.boxes import ALIGNED, SEGMENT, TURNED
-from refimpl.kernels.polytopes import BOX, DIRECTORY, FACE, FACTOR, FIRST, GRID
+from refimpl.kernels.polytopes import BOX, FACE, FACTOR, FIRST, GRID
 from refimpl.kernels.polytopes_batch import NOTE, PLACED, POINT, STANDING, Side
 from refimpl.kernels.polytopes_nearest import ROOM
 from refimpl.kernels.polytopes_pair import FEATURES
 from refimpl.kernels.scaling import NOTHING
-from refimpl.linear import Array, apply, apply_inverse, dot, norm, power_of_two, rotation_matrix, unit_or
+from refimpl.linear import Array, Bools, apply, apply_inverse, dot, norm, power_of_two, rotation_matrix, unit_or
 from refimpl.results import Separation
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Point, Proxy, Sphere
+from refimpl.signs import Indices
 
 STILL = np.eye(3)
 KINDS: dict[type[Proxy], int] = {
@@ -34,6 +35,10 @@ KINDS: dict[type[Proxy], int] = {
 MANY = 32
 """A polytope with more vertices gets a directory of them."""
 MIDDLES = (np.arange(GRID) + 0.5) * (2.0 / GRID) - 1.0
+CORNERS = np.arange(8)[:, None] >> np.arange(3) & 1
+"""Corner number i of a box lies ahead along those of its edges of which i has the bit."""
+SKEW = 2.0**-50
+"""Part of the coordinates by which the corners of a box may miss their places."""
 LARGE = 1000
 """A row of so many numbers makes one pair as much work as two small ones, and worth compiling for accordingly."""
 
@@ -44,7 +49,7 @@ def geometry_rows(hulls: Hull) -> tuple[Array, Array]:
     A face's offset is that of the farthest rounded vertex, so that both tell of the same polytope. What a hull
     repeats to be as long as others of its table is not counted.
     """
-    vertices, edges = hulls.vertices, hulls.edges
+    vertices, edges, are_boxes = _boxes_first(hulls)
     middle = np.min(vertices, axis=1) / 2 + np.max(vertices, axis=1) / 2
     inner, normals = vertices - middle[:, None, :], hulls.planes[..., :3]
     offsets = np.stack([np.max(dot(inner, normals[:, i, None, :]), axis=1) for i in range(normals.shape[1])], axis=1)
@@ -59,11 +64,28 @@ def geometry_rows(hulls: Hull) -> tuple[Array, Array]:
     starts[:] = FIRST + np.cumsum([p.shape[1] * p.shape[2] for p in parts])
     many = counts[:, 0] > MANY
     starts[:, 2] *= many
+    starts[are_boxes, 2] = BOX
     flat = [p.reshape(len(p), p.shape[1] * p.shape[2]) for p in parts]
     if many.any():
         flat.append(_directory(inner))
     centre = hulls.middle - middle
     return np.concatenate([counts, centre, starts, *flat], axis=1), middle
+
+
+def _boxes_first(hulls: Hull) -> tuple[Array, Indices, Bools]:
+    """Vertices and edges, and which hulls are boxes, however skew: their vertices are put in the order of a box's."""
+    vertices, edges = hulls.vertices.copy(), hulls.edges.copy()
+    boxes: Bools = (_different(vertices) == 8) & (_different(hulls.planes) == 6) & (_different(edges) == 12)
+    for i in np.flatnonzero(boxes):
+        corners, ends = vertices[i, :8], edges[i, :12, :2]
+        steps = corners[[sum(pair) for pair in ends if 0 in pair]] - corners[0]
+        wanted = corners[0] + CORNERS @ steps
+        order = np.argmin(np.max(np.abs(wanted[:, None] - corners), axis=2), axis=1)
+        boxes[i] = np.max(np.abs(wanted - corners[order])) <= SKEW * np.max(np.abs(corners))
+        if boxes[i]:
+            vertices[i, :8] = corners[order]
+            ends[:] = np.argsort(order)[ends.astype(np.int64)]
+    return vertices, edges, boxes
 
 
 def _directory(vertices: Array) -> Array:
@@ -105,9 +127,7 @@ def own_row(kind: int) -> Array:
         return np.array([1.0, 0, 0, 0, 0, 0, FIRST + 3, FIRST + 3, 0, 0, 0, 0])
     if kind == SEGMENT:
         return np.array([2.0, 0, 1, 0, 0, 0, FIRST + 6, FIRST + 6, 0, 0, 0, 0, 0, 0, 0, 0, 1, -1, -1, 0, 0, 0, 0])
-    rows, _ = geometry_rows(hull_of_box(-np.ones((1, 3)), np.ones((1, 3))))
-    rows[0, DIRECTORY] = BOX
-    return np.array(rows[0])
+    return np.array(geometry_rows(hull_of_box(-np.ones((1, 3)), np.ones((1, 3))))[0][0])
 
 
 def side(x: Proxy) -> Side:

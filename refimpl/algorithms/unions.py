@@ -14,9 +14,9 @@ from refimpl.results import Separation
 def union_pair(a: Proxy, b: Proxy) -> Separation:
     """Signed distance of unions: the least over pairs of atoms; overlapping, by a translation that separates.
 
-    Apart, it is as exact as the pairs of atoms are; so is the depth of a point in a polyhedron, and that of two
-    unions where one pair of atoms decides. Otherwise the shortest separating translation lies between the
-    deepest pair of atoms and what is answered; `refimpl.contacts.contacts` tells both ends.
+    Apart, it is as exact as the pairs of atoms are; so is the depth of unions of polytopes of moderate size, and where
+    one pair of atoms decides. Otherwise the shortest separating translation lies between the deepest pair of atoms and
+    what is answered; `refimpl.contacts.contacts` tells both ends.
 
     Parameters
     ----------

@@ -107,7 +107,7 @@ def _line_geometry(atom: Row, row: Scratch) -> Row:
 
 
 @inlined
-def _geometry(atom: Row, shapes: Sequence[Row], box: Scratch, line: Scratch, point: Row) -> Row:
+def geometry_of(atom: Row, shapes: Sequence[Row], box: Scratch, line: Scratch, point: Row) -> Row:
     """Geometry of a point, a segment, a box or a hull."""
     if atom[KIND] == HULL:
         return shapes[int(atom[SHAPE])]
@@ -132,8 +132,8 @@ def _between_polytopes(
         pose[i] = a[i] + offset[i]
     for i in range(3, FACTOR + 1):
         pose[i] = b[i]
-    first = _geometry(a, shapes_a, work[GEOMETRY_A], work[LINE_A], work[DOT])
-    second = _geometry(b, shapes_b, work[GEOMETRY_B], work[LINE_B], work[DOT])
+    first = geometry_of(a, shapes_a, work[GEOMETRY_A], work[LINE_A], work[DOT])
+    second = geometry_of(b, shapes_b, work[GEOMETRY_B], work[LINE_B], work[DOT])
     return separation_of_polytopes(
         first, a, second, pose, start, work[PLACED_A], work[PLACED_B], work[SIMPLEX], work[LISTED_A], work[LISTED_B]
     )

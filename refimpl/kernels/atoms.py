@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 from . import kernel
 from .axes import three
-from .polytopes import FACTOR, Row, Scratch, farthest, vertex
+from .polytopes import FACTOR, Row, Scratch, farthest_of, vertex
 from .vectors import Vector, dot, minus, opposite, plus, times, unit_or
 
 POINT, SEGMENT, BOX, HULL, ELLIPSOID, CYLINDER, HALF_SPACE = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
@@ -106,7 +106,7 @@ def core_support(atom: Row, shapes: Sequence[Row], n: Vector) -> Vector:
     own = (dot(axis(atom, 0), n), dot(axis(atom, 1), n), dot(axis(atom, 2), n))
     if atom[KIND] == HULL:
         geometry = shapes[int(atom[SHAPE])]
-        return turned(atom, times(atom[FACTOR], vertex(geometry, farthest(geometry, own))))
+        return turned(atom, times(atom[FACTOR], vertex(geometry, farthest_of(geometry, own))))
     return turned(atom, _own_support(atom, own))
 
 

@@ -158,7 +158,7 @@ def crossed(e: Vector, f: Vector) -> Vector:
 
 
 @kernel
-def _normals(geometry: Row, at: int, body: Row) -> tuple[Vector, Vector]:
+def normals_of(geometry: Row, at: int, body: Row) -> tuple[Vector, Vector]:
     """Normals of the two faces at an edge; zero for a lone segment."""
     if geometry[at + LEFT] < 0.0:
         return NOWHERE, NOWHERE
@@ -168,7 +168,7 @@ def _normals(geometry: Row, at: int, body: Row) -> tuple[Vector, Vector]:
 
 
 @kernel
-def _miss_on_sphere(arc: tuple[Vector, Vector], e: Vector, other: tuple[Vector, Vector], f: Vector) -> bool:
+def miss_on_sphere(arc: tuple[Vector, Vector], e: Vector, other: tuple[Vector, Vector], f: Vector) -> bool:
     """Whether the arc of an edge e of A, and that of an edge f of B turned inside out, clearly have no point in common.
 
     They cross where each has its ends on both sides of the other's great circle, and both are on one hemisphere.
@@ -243,10 +243,10 @@ def widest_axis(
     count_a = promising_edges(geometry_a, pose_a, a, b, gap, span, listed_a) if count_b > 0 else 0
     for i in range(0, LISTED * count_a, LISTED):
         at, e = int(listed_a[i]), three(listed_a, i + 1)
-        p, arc = vertex(a, int(geometry_a[at])), _normals(geometry_a, at, a)
+        p, arc = vertex(a, int(geometry_a[at])), normals_of(geometry_a, at, a)
         for j in range(0, LISTED * count_b, LISTED):
             to, f = int(listed_b[j]), three(listed_b, j + 1)
-            if not _miss_on_sphere(arc, e, _normals(geometry_b, to, b), f):
+            if not miss_on_sphere(arc, e, normals_of(geometry_b, to, b), f):
                 q = vertex(b, int(geometry_b[to]))
                 n, wider = _widest_of_pair(a, b, p, e, q, f, best, gap, blur)
                 if wider > gap:

@@ -7,9 +7,9 @@ import math
 from . import inlined
 from .atoms import Scene
 from .nearby import near
-from .tangents import foot, height, highest, soonest, taken_at, touch_of
+from .tangents import START, UNKNOWN, foot, height, highest, soonest, taken_at, touch_of
 from .vectors import Vector, length, times, unit_or
-from .ways import HERE, ROUNDS, START, UNKNOWN, Search, Way, ask, ended, lacks_room, near_pairs
+from .ways import HERE, ROUNDS, Search, Way, ask, ended, lacks_room, near_pairs
 
 MOST_BACK = 4096
 """So many pairs are looked at to draw a way back."""

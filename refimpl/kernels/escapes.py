@@ -1,9 +1,9 @@
 """The way out of overlapping unions: a short translation of B that separates, and a length that none falls below.
 
 No pair of atoms comes apart with less than its own depth, so the depth of the deepest pair is a lower bound. Where its
-own way frees all others too, nothing is left to do. Otherwise the search starts several times: from the tangent of
-the deepest pair, from those of all pairs that overlap, and along the directions in which the convex hulls part soonest.
-Each way that it finds is shortened by one step, the shortest one by several.
+own way frees all others too, nothing is left to do. Otherwise branch and bound finds the shortest way (`branches`): of
+polytopes that is the depth, and both bounds; of round atoms, of which only some tangents are looked at, the way is
+shortened further by tangents at its end (`ways`).
 """
 
 from __future__ import annotations
@@ -13,42 +13,34 @@ import math
 from . import inlined, kernel
 from .atoms import Scene, height, support_gap
 from .axes import three
+from .branches import branched
 from .drawback import drawn_back
+from .facets import AROUND, around
 from .leastmove import PLANE, shortest
 from .polytopes import Scratch
 from .polytopes_pair import write
-from .tangents import forget, learn
+from .tangents import START, UNKNOWN, foot, forget, learn
 from .tangents import height as height_of_tangent
-from .vectors import Vector, along, opposite, times, unit_or
+from .vectors import Vector, along, length, opposite, times, unit_or
 from .ways import (
     HERE,
-    START,
-    UNKNOWN,
     Search,
     Way,
     descended,
     ended,
-    freed_from_start,
     lacks_room,
+    list_tangents,
     long,
     near_pairs,
     no_way,
-    pushed,
     respect,
-    shorter,
 )
 
-AROUND = 27
-"""Directions to the middles of the sides, edges and corners of a cube, and none."""
 RESULT = 14
 """Numbers of an answer: signed distance, normal, witness points; a length that no translation that frees falls below;
 and a point of the deepest overlap."""
-HULL_WAYS = 6
-"""Of these directions, so many are tried: those along which the convex hulls part soonest."""
 DESCENTS = 4
-"""Steps of the last descent; on the way to it each takes one."""
-SLACK = 1.5
-"""Ways that are longer than the shortest one by no more than this factor may become shorter by descent."""
+"""Steps by which a way is shortened that may not be the shortest."""
 
 
 @kernel
@@ -59,11 +51,6 @@ def _begin(scene: Scene, search: Search, answered: int) -> None:
     for k in range(answered):
         row = scene.pairs[k]
         learn(search.known, int(row[0]), START, HERE, row[1], three(row, 2), three(row, 5))
-
-
-@kernel
-def _around(i: int) -> Vector:
-    return unit_or((i // 9 - 1.0, i // 3 % 3 - 1.0, i % 3 - 1.0), HERE)
 
 
 @kernel
@@ -78,33 +65,19 @@ def _reach(scene: Scene, n: Vector) -> float:
 
 
 @inlined
-def _tried(scene: Scene, search: Search, n: Vector, reach: float, limit: float, lower: float, tolerance: float) -> Way:
-    """A short way along a direction or from there, unless the limit is reached first."""
-    way = pushed(scene, search, n, min(reach, limit), tolerance)
-    if not way.found and reach < limit:
-        way = ended(scene, search, times(reach, n), tolerance)  # hulls that part leave no doubt, but for rounding
-    return descended(scene, search, way, lower, tolerance, 1)
-
-
-@inlined
-def _tried_all(scene: Scene, search: Search, way: Way, lower: float, tolerance: float) -> Way:
-    """The shortest of a way and those that start along several directions."""
-    limit = SLACK * long(way)
+def _hulls_parted(scene: Scene, search: Search, tolerance: float) -> Way:
+    """The shortest way along a direction all around that parts the convex hulls."""
+    best, least = HERE, math.inf
     for i in range(AROUND):
-        search.reach[i] = math.inf if i == AROUND // 2 else _reach(scene, _around(i))
-    for _ in range(HULL_WAYS):
-        best = 0
-        for i in range(AROUND):
-            if search.reach[i] < search.reach[best]:
-                best = i
-        way = shorter(way, _tried(scene, search, _around(best), search.reach[best], limit, lower, tolerance))
-        search.reach[best] = math.inf
-    return descended(scene, search, way, lower, tolerance, DESCENTS)
+        reach = _reach(scene, around(i)) if around(i) != HERE else math.inf
+        if reach < least:
+            best, least = around(i), reach
+    return ended(scene, search, times(least, best), tolerance) if least < math.inf else no_way()
 
 
 @inlined
-def escape(scene: Scene, search: Search, lower: float, tolerance: float) -> Way:
-    """Find a short translation of B that frees it.
+def escape(scene: Scene, search: Search, lower: float, tolerance: float) -> tuple[Way, float]:
+    """Find a short translation of B that frees it, and a length that none falls below.
 
     Parameters
     ----------
@@ -112,19 +85,19 @@ def escape(scene: Scene, search: Search, lower: float, tolerance: float) -> Way:
     search
         With the tangents of the pairs that have been answered, the deepest first.
     lower
-        No shorter translation frees: what comes as short as this is not shortened further.
+        Such a length that is known: what comes as short as this is not shortened further.
     tolerance
         Depths that are rounding.
     """
-    way = freed_from_start(scene, search, True, tolerance)
+    way, sure = ended(scene, search, foot(search.known, 0), tolerance), False
     if long(way) > lower + 2.0 * tolerance:
-        other = freed_from_start(scene, search, False, tolerance)
-        way = shorter(
-            descended(scene, search, other, lower, tolerance, 1), descended(scene, search, way, lower, tolerance, 1)
-        )
-    if long(way) > lower + 2.0 * tolerance:
-        way = _tried_all(scene, search, way, lower, tolerance)
-    return way
+        deepest = search.known.pair[0]
+        list_tangents(scene, search, deepest)
+        way, sure = branched(scene, search, deepest, way, tolerance)
+        if not way.found:
+            way = _hulls_parted(scene, search, tolerance)
+        lower = max(lower, length(way.move)) if sure else lower
+    return descended(scene, search, way, lower, tolerance, DESCENTS), lower
 
 
 @kernel
@@ -171,7 +144,7 @@ def way_out(scene: Scene, search: Search, answered: int, tolerance: float, resul
     way = no_way()
     if lower < math.inf:
         _begin(scene, search, answered)
-        way = escape(scene, search, lower, tolerance)
+        way, lower = escape(scene, search, lower, tolerance)
     if not way.found:
         write(result, -math.inf, UNKNOWN, UNKNOWN, UNKNOWN)
         result[10] = lower

@@ -26,6 +26,7 @@ SUBSETS = ((-1, -1), (0, -1), (1, -1), (2, -1), (0, 1), (0, 2), (1, 2))
 NOWHERE = (0.0, 0.0, 0.0)
 Corner = tuple[int, int, int]
 """Numbers of the up to three constraints that hold a vector; −1 for none."""
+FREE = (-1, -1, -1)
 
 
 @kernel
@@ -80,10 +81,15 @@ def _held(planes: Planes, corner: Corner, last: int, slack: float) -> tuple[Vect
 @kernel
 def shortest(planes: Planes, count: int) -> tuple[Vector, Corner, bool]:
     """Shortest vector that satisfies the first `count` constraints, which hold it, and whether there is one."""
+    return lengthened(planes, count, NOWHERE, FREE)
+
+
+@kernel
+def lengthened(planes: Planes, count: int, t: Vector, corner: Corner) -> tuple[Vector, Corner, bool]:
+    """The same, from the shortest vector for some of them, and those which hold it."""
     size = 0.0
     for i in range(count):
         size = max(size, abs(planes[PLANE * i + LEVEL]))
-    t, corner = NOWHERE, (-1, -1, -1)
     for _ in range(8 * count + 8):
         worst, least = -1, -ROUNDED * (size + length(t))
         for i in range(count):

@@ -25,11 +25,15 @@ from .atoms import (
     SIZES,
     Scene,
 )
-from .polytopes import FACTOR, FIRST, N_VERTICES, Row, Scratch
-from .vectors import Vector
+from .axes import three
+from .polytopes import BOX as OBLIQUE
+from .polytopes import DIRECTORY, FACTOR, FIRST, N_VERTICES, Row, Scratch, vertex
+from .vectors import Vector, dot
 
 SLACK = 2.0**-48
 """Boxes are widened by this part of their coordinates, far more than they are rounded."""
+ROUNDED = 2.0**-48
+"""By how much the corners of a box may be rounded, more than enough: geometries have a size of about 1."""
 BOXES_A, BOXES_B, NODES_A, NODES_B = 0, 1, 2, 3
 """Rows of a scene's scratch space: the boxes of atoms and of nodes, centre and half extents of each."""
 STACK = 0
@@ -41,8 +45,25 @@ LEAF = 4
 
 
 @kernel
+def _box_around_box(atom: Row, geometry: Row, box: Scratch, at: int) -> None:
+    """Box around a polytope that is a box, maybe a skew one, from one corner and its three neighbours."""
+    corner = vertex(geometry, 0)
+    for axis_at in range(3):
+        m = three(atom, MATRIX + 3 * axis_at)
+        low, middle, half = dot(m, corner), 0.0, ROUNDED
+        for k in range(3):
+            step = 0.5 * (dot(m, vertex(geometry, 1 << k)) - low)
+            middle, half = middle + step, half + abs(step)
+        box[at + axis_at] = atom[axis_at] + atom[FACTOR] * (low + middle)
+        box[at + 3 + axis_at] = atom[FACTOR] * half
+
+
+@kernel
 def _hull_box(atom: Row, geometry: Row, box: Scratch, at: int) -> None:
     """Box around the placed vertices of a polytope."""
+    if geometry[DIRECTORY] == OBLIQUE:
+        _box_around_box(atom, geometry, box, at)
+        return
     for axis_at in range(3):
         row = MATRIX + 3 * axis_at
         low, high = math.inf, -math.inf

@@ -17,8 +17,8 @@ edge
     normals are apart.
 directory
     Of a polytope with many vertices: the vertex farthest along each of the directions through the cells of a
-    grid on the six sides of a cube. Others have none, and start it at 0; a box, whose vertex number i lies ahead along
-    those of its three edges of which i has the bit, says `BOX`.
+    grid on the six sides of a cube. Others have none, and start it at 0; a box, maybe a skew one, whose vertex number
+    i lies ahead along those of its three edges of which i has the bit, says `BOX`.
 
 A pose is a row of 13 numbers: where the geometry's origin lies, its rotation matrix row by row, and a factor, a power
 of two, by which all lengths of the geometry are multiplied. A placed polytope has the same layout without edges and
@@ -81,6 +81,20 @@ def farthest(body: Row, n: Vector) -> int:
         here = body[at] * x + body[at + 1] * y + body[at + 2] * z
         if here > most:
             best, most = i, here
+    return best
+
+
+@kernel
+def farthest_of(geometry: Row, n: Vector) -> int:
+    """The same of a geometry that is not placed."""
+    if geometry[DIRECTORY] != BOX:
+        return farthest(geometry, n)
+    x, y, z = n
+    start = geometry[FIRST] * x + geometry[FIRST + 1] * y + geometry[FIRST + 2] * z
+    best = 0
+    for k in range(3):
+        at = FIRST + 3 * (1 << k)
+        best += (1 << k) if geometry[at] * x + geometry[at + 1] * y + geometry[at + 2] * z > start else 0
     return best
 
 

@@ -16,6 +16,9 @@ from .axes import three
 from .leastmove import LEVEL, PLANE
 from .vectors import Vector, dot, times
 
+START, NO_PLACE = 0, -1
+"""Numbers of translations: that by nothing; and for tangents that are known without having been taken anywhere."""
+UNKNOWN = (math.nan, math.nan, math.nan)
 Floats = MutableSequence[float]
 Ints = MutableSequence[int]
 
@@ -35,6 +38,9 @@ class Tangents(NamedTuple):
         The pair is free where n·t ≥ level.
     touch : 3 floats for each tangent
         The witness point on A.
+    listed : whole numbers, one for each chain
+        The pair there of which a list of tangents has been learned, counted from 1, or minus that number where the list
+        tells the signed distance wherever the pair overlaps; 0 for none.
     used : one whole number
         How many there are.
     """
@@ -45,6 +51,7 @@ class Tangents(NamedTuple):
     place: Ints
     plane: Floats
     touch: Floats
+    listed: Ints
     used: Ints
 
 
@@ -58,9 +65,38 @@ def _chain(known: Tangents, pair: int) -> int:
 @kernel
 def forget(known: Tangents) -> None:
     """Remove all tangents."""
-    for i in range(known.used[0]):
-        known.first[_chain(known, known.pair[i])] = 0
+    if len(known.first) < known.used[0]:
+        for chain in range(len(known.first)):
+            known.first[chain] = known.listed[chain] = 0
+    else:
+        for i in range(known.used[0]):
+            chain = _chain(known, known.pair[i])
+            known.first[chain] = known.listed[chain] = 0
     known.used[0] = 0
+
+
+@kernel
+def begin_again(known: Tangents, pair: int) -> None:
+    """Leave out the tangents of a pair that are known so far, for they will be learned once more."""
+    known.first[_chain(known, pair)] = 0
+
+
+@kernel
+def note_list(known: Tangents, pair: int, whole: bool) -> None:
+    """Note that a list of a pair's tangents has been learned, and whether it is the whole one."""
+    known.listed[_chain(known, pair)] = -(pair + 1) if whole else pair + 1
+
+
+@kernel
+def is_listed(known: Tangents, pair: int) -> bool:
+    """Whether a list of a pair's tangents is known."""
+    return abs(known.listed[_chain(known, pair)]) == pair + 1
+
+
+@kernel
+def is_whole(known: Tangents, pair: int) -> bool:
+    """Whether known tangents tell the signed distance of a pair wherever it overlaps."""
+    return known.listed[_chain(known, pair)] == -(pair + 1)
 
 
 @kernel
@@ -85,6 +121,12 @@ def learn(known: Tangents, pair: int, place: int, move: Vector, sigma: float, n:
 
 
 @kernel
+def first_of(known: Tangents, pair: int) -> int:
+    """First tangent of a pair's chain, the latest one; −1 for none."""
+    return known.first[_chain(known, pair)] - 1
+
+
+@kernel
 def height(known: Tangents, i: int, move: Vector) -> float:
     """Value of tangent number `i` after a translation."""
     return dot(three(known.plane, PLANE * i), move) - known.plane[PLANE * i + LEVEL]
@@ -100,7 +142,7 @@ def foot(known: Tangents, i: int) -> Vector:
 def highest(known: Tangents, pair: int, move: Vector) -> tuple[int, float]:
     """Tangent of a pair that is greatest after a translation, −1 for none, and its value there: no more than σ is."""
     best, most = -1, -math.inf
-    i = known.first[_chain(known, pair)] - 1
+    i = first_of(known, pair)
     while i >= 0:
         here = height(known, i, move)
         if here > most and known.pair[i] == pair:
@@ -112,7 +154,7 @@ def highest(known: Tangents, pair: int, move: Vector) -> tuple[int, float]:
 @kernel
 def taken_at(known: Tangents, pair: int, place: int) -> int:
     """Tangent of a pair that was taken at a translation; −1 for none."""
-    i = known.first[_chain(known, pair)] - 1
+    i = first_of(known, pair)
     while i >= 0 and not (known.place[i] == place and known.pair[i] == pair):
         i = known.next[i] - 1
     return i
@@ -131,7 +173,7 @@ def free_from(known: Tangents, i: int, direction: Vector, end: float, tolerance:
 def soonest(known: Tangents, pair: int, direction: Vector, end: float, tolerance: float) -> float:
     """The same for all tangents of a pair: from where on it is surely free; inf where nothing is known."""
     least = math.inf
-    i = known.first[_chain(known, pair)] - 1
+    i = first_of(known, pair)
     while i >= 0:
         if known.pair[i] == pair:
             least = min(least, free_from(known, i, direction, end, tolerance))

@@ -5,7 +5,8 @@ found exactly; where other pairs overlap there, they join. Each round is sure of
 translation that frees all, or with planes that contradict. From a free translation the same step, with tangents taken
 there, leads to one that is no longer: a descent.
 
-No pair is answered that a tangent proves free: so a scene that the deepest pair's way frees costs no answer at all.
+No pair is asked that a known tangent proves free. Of those that are in the way the tangents are listed first
+(`facets`): of polytopes all of them, so that these never have to be answered at all.
 """
 
 from __future__ import annotations
@@ -15,22 +16,33 @@ from typing import NamedTuple
 
 from . import inlined, kernel
 from .atom_pairs import answer
-from .atoms import Scene, support_gap
+from .atoms import HALF_SPACE, KIND, Scene, support_gap
 from .axes import three
-from .leastmove import LEVEL, PLANE, Corner, shortest
+from .facets import learn_list
+from .leastmove import PLANE, Corner, shortest
 from .nearby import near
-from .tangents import Floats, Ints, Tangents, highest, is_full, learn, taken_at
-from .vectors import Vector, dot, length, times, unit_or
+from .tangents import (
+    NO_PLACE,
+    START,
+    UNKNOWN,
+    Floats,
+    Ints,
+    Tangents,
+    height,
+    highest,
+    is_full,
+    is_listed,
+    is_whole,
+    learn,
+    note_list,
+    taken_at,
+)
+from .vectors import Vector, length, unit_or
 
 ROUNDS = 64
 GAIN = 1e-9
 """A descent goes on as long as it shortens the way by this part."""
-SLOPE = 1e-6
-"""A direction that rises less than this over a tangent does not lead out of its pair."""
 HERE = (0.0, 0.0, 0.0)
-UNKNOWN = (math.nan, math.nan, math.nan)
-START, NO_PLACE = 0, -1
-"""Numbers of translations: that by nothing; and for tangents that are known without having been taken anywhere."""
 
 
 class Search(NamedTuple):
@@ -48,8 +60,8 @@ class Search(NamedTuple):
         One number: how many translations have been looked at.
     short
         One number: 1 once there was no room for something, so that nothing that is found may count.
-    reach
-        Lengths of ways along directions.
+    levels, spots
+        For each level of a branching what `branches` keeps.
     """
 
     known: Tangents
@@ -58,7 +70,8 @@ class Search(NamedTuple):
     listed: Ints
     places: Ints
     short: Ints
-    reach: Floats
+    levels: Ints
+    spots: Floats
 
 
 class Way(NamedTuple):
@@ -92,12 +105,6 @@ def long(way: Way) -> float:
 
 
 @kernel
-def shorter(way: Way, other: Way) -> Way:
-    """The shorter one of two ways; the first, where they are equal."""
-    return other if long(other) < long(way) else way
-
-
-@kernel
 def near_pairs(scene: Scene, search: Search, move: Vector, within: float) -> int:
     """List the pairs that are near after a translation."""
     count = near(scene, move, within, search.listed)
@@ -117,7 +124,8 @@ def lacks_room(search: Search, planes: int) -> bool:
 
 
 @kernel
-def _new_place(search: Search) -> int:
+def new_place(search: Search) -> int:
+    """Number of another translation."""
     search.places[0] += 1
     return search.places[0]
 
@@ -145,6 +153,38 @@ def _parted(scene: Scene, search: Search, pair: int, move: Vector) -> bool:
 
 
 @kernel
+def list_tangents(scene: Scene, search: Search, pair: int) -> None:
+    """Learn the tangents of a pair that can be told beforehand; of one with a half-space there is just one."""
+    a, b = scene.a[pair // len(scene.b)], scene.b[pair % len(scene.b)]
+    if a[KIND] != HALF_SPACE and b[KIND] != HALF_SPACE:
+        learn_list(scene, search.known, pair)
+    elif taken_at(search.known, pair, START) >= 0 or ask(scene, search, pair, HERE, START) > -math.inf:
+        note_list(search.known, pair, True)
+
+
+@kernel
+def tangent_at(
+    scene: Scene, search: Search, pair: int, move: Vector, place: int, tolerance: float
+) -> tuple[int, float]:
+    """Tangent of a pair after a translation, and its height: its own, unless any one proves it free.
+
+    −1 and minus infinity where there is no room, or no end to the overlap.
+    """
+    known = search.known
+    best, sigma = highest(known, pair, move)
+    if sigma < -tolerance and not is_listed(known, pair) and not lacks_room(search, 0):
+        if best >= 0 or not _parted(scene, search, pair, move):
+            list_tangents(scene, search, pair)
+        best, sigma = highest(known, pair, move)
+    if sigma >= -tolerance or is_whole(known, pair):
+        return best, sigma
+    if taken_at(known, pair, place) < 0 and not lacks_room(search, 0):
+        ask(scene, search, pair, move, place)
+    best = taken_at(known, pair, place)
+    return best, height(known, best, move) if best >= 0 else -math.inf
+
+
+@kernel
 def respect(search: Search, count: int, i: int) -> int:
     """Make tangent number `i` a plane that translations have to respect, after `count` others."""
     search.source[count] = i
@@ -154,27 +194,35 @@ def respect(search: Search, count: int, i: int) -> int:
 
 
 @kernel
+def most_blocked(scene: Scene, search: Search, move: Vector, place: int, tolerance: float) -> tuple[int, float]:
+    """Tangent of the pair that overlaps most after a translation, −1 where none does, and its height.
+
+    Minus infinity, with −1, where that cannot be told. Where none overlaps, the least height of those near each other.
+    """
+    worst, least = -1, math.inf
+    for k in range(near_pairs(scene, search, move, 0.0)):
+        i, sigma = tangent_at(scene, search, search.listed[k], move, place, tolerance)
+        if i < 0:
+            return -1, -math.inf
+        if sigma < least:
+            worst, least = i, sigma
+    return worst if least < -tolerance else -1, least
+
+
+@kernel
 def _blocked(scene: Scene, search: Search, move: Vector, place: int, tolerance: float, count: int) -> tuple[int, float]:
     """Add the tangents of all pairs that overlap after a translation to `count` planes.
 
     Gives how many planes there are then, −1 where there is no room for them, or no end to an overlap; and the least
     that is known of the distances of all pairs near each other.
     """
-    known, least = search.known, math.inf
+    least = math.inf
     for k in range(near_pairs(scene, search, move, 0.0)):
-        pair = search.listed[k]
-        best, sigma = highest(known, pair, move)
-        if sigma < -tolerance and taken_at(known, pair, place) < 0:
-            if lacks_room(search, 0):
-                return -1, -math.inf
-            if best < 0 and _parted(scene, search, pair, move):
-                sigma = highest(known, pair, move)[1]
-            else:
-                sigma = ask(scene, search, pair, move, place)
+        i, sigma = tangent_at(scene, search, search.listed[k], move, place, tolerance)
         if sigma < -tolerance:
-            if sigma == -math.inf or lacks_room(search, count):
+            if i < 0 or lacks_room(search, count):
                 return -1, -math.inf
-            count = respect(search, count, taken_at(known, pair, place))
+            count = respect(search, count, i)
         least = min(least, sigma)
     return count, least
 
@@ -186,7 +234,7 @@ def freed(scene: Scene, search: Search, count: int, limit: float, tolerance: flo
         move, _, possible = shortest(search.planes, count)
         if not possible or length(move) >= limit:
             break
-        place = _new_place(search)
+        place = new_place(search)
         all_planes, gap = _blocked(scene, search, move, place, tolerance, count)
         if all_planes == count:
             return Way(True, move, gap, place)
@@ -196,21 +244,12 @@ def freed(scene: Scene, search: Search, count: int, limit: float, tolerance: flo
     return no_way()
 
 
-@inlined
-def freed_from_start(scene: Scene, search: Search, deepest: bool, tolerance: float) -> Way:
-    """The same from the tangent of the deepest pair on, which is the first one, or from those of all that overlap."""
-    if deepest:
-        count = respect(search, 0, 0)
-    else:
-        count, _ = _blocked(scene, search, HERE, START, tolerance, 0)
-    return freed(scene, search, count, math.inf, tolerance) if count > 0 else no_way()
-
-
 @kernel
 def _stale(search: Search, corner: Corner, place: int) -> int:
     """One of the planes that hold a translation whose tangent was not taken at a place; −1 for none."""
+    known = search.known
     for k in corner:
-        if k >= 0 and search.known.place[search.source[k]] != place:
+        if k >= 0 and known.place[search.source[k]] != place and not is_whole(known, known.pair[search.source[k]]):
             return k
     return -1
 
@@ -256,31 +295,8 @@ def descended(scene: Scene, search: Search, way: Way, lower: float, tolerance: f
 
 
 @inlined
-def pushed(scene: Scene, search: Search, direction: Vector, limit: float, tolerance: float) -> Way:
-    """A short way along a direction: each pair that stands in it is left by its tangent."""
-    s = 0.0
-    for _ in range(ROUNDS):
-        move = times(s, direction)
-        place = _new_place(search) if s > 0.0 else START
-        count, gap = _blocked(scene, search, move, place, tolerance, 0)
-        if count == 0:
-            return Way(True, move, gap, place)
-        beyond = s
-        for k in range(count):
-            slope = dot(
-                (search.planes[PLANE * k], search.planes[PLANE * k + 1], search.planes[PLANE * k + 2]), direction
-            )
-            if slope > SLOPE:
-                beyond = max(beyond, search.planes[PLANE * k + LEVEL] / slope)
-        if not s < beyond < limit:
-            break
-        s = beyond
-    return no_way()
-
-
-@inlined
 def ended(scene: Scene, search: Search, move: Vector, tolerance: float) -> Way:
     """A way that is known to free, looked at."""
-    place = _new_place(search)
+    place = new_place(search)
     count, gap = _blocked(scene, search, move, place, tolerance, 0)
     return Way(True, move, gap, place) if count == 0 else no_way()

@@ -12,13 +12,13 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from refimpl.proof.bodies import Body, Mix
+from refimpl.proof.bodies import Body, Corners, Mix
 from refimpl.proof.exact import Polytope, Triangle, Vertex, independent, smallest
 from refimpl.proof.points import Vector, along, dot, minus, opposite
 
 GRID = 62  # bits of the largest coordinate on the grid
 NARROW = 50  # the search for the nearest points ends at an interval of 2^-50 of the scene
-DEEP = 38  # the search for the depth at 2^-38, about 4e-12
+DEEP = 38  # the search for the depth at 2^-38, about 4e-12; that of two polytopes goes on to the facet that it ends at
 STEPS = 60
 VERTICES, MANY = 120, 1000  # of a polytope; where the fewer do not do, large circles of directions compete
 
@@ -37,6 +37,7 @@ class Grid:
 
     def __init__(self, a: Body, b: Body) -> None:
         self.bodies = a, b
+        self.is_flat = isinstance(a, Corners) and isinstance(b, Corners)
         self.shift = GRID - math.frexp(max(a.extent, b.extent, 5e-300))[1]
         self.reach = GRID + 1
 
@@ -80,6 +81,11 @@ def _rate(n: Vector, new: Vector) -> float:
     return dot(n, new) / math.sqrt(dot(n, n)) if any(n) else math.inf
 
 
+def _is_short(lead: int, n: Vector, bits: int) -> bool:
+    """Whether lead/‖n‖, on the grid, is no more than 2^-bits of the scene."""
+    return lead <= 0 or (lead << bits) ** 2 <= dot(n, n) << 2 * GRID
+
+
 def nearest(grid: Grid) -> Meeting:
     """Search for the nearest points (Gilbert, Johnson and Keerthi 1988)."""
     candidates = [grid.support((1, 0, 0))]
@@ -93,8 +99,8 @@ def nearest(grid: Grid) -> Meeting:
         rate = _rate(way, new.y)
         if rate < best:
             best, normal = rate, way
-        lead = dot(direction, minus(simplex[0].y, new.y)) << NARROW
-        if new.y in [v.y for v in simplex] or lead <= 0 or lead * lead <= dot(direction, direction) << 2 * GRID:
+        lead = dot(direction, minus(simplex[0].y, new.y))
+        if new.y in [v.y for v in simplex] or _is_short(lead, direction, NARROW):
             break
         candidates = [*simplex, new]
     return Meeting([normal], [grid.pair(simplex, weights)])
@@ -114,8 +120,8 @@ def deepest(grid: Grid, vertices: int = VERTICES) -> Meeting:
         if rate < best:
             best, way = rate, facet.normal
         lead = dot(facet.normal, new.y) - facet.offset
-        closed = lead <= 0 or (lead << DEEP) ** 2 <= dot(facet.normal, facet.normal) << 2 * GRID
-        if closed:
+        closed = _is_short(lead, facet.normal, DEEP)
+        if _is_short(lead, facet.normal, NARROW if grid.is_flat else DEEP):
             break
         polytope.grow(new)
     used = {i: n for n, i in enumerate(sorted({i for corners in polytope.facets for i in corners}))}
