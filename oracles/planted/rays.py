@@ -33,6 +33,12 @@ Slab = tuple[float, float, float, Vec]
 """Where the ray starts, its slope, half the width, and the slab's direction."""
 
 
+def outward(offset: Vec, ray: Line) -> Vec:
+    """Direction of a point from the middle of what is round; against the ray where there is no radius."""
+    normal = unit(offset)
+    return normal if any(normal) else times(-1.0, ray.direction)
+
+
 class Rays(Balls):
     """First hit of a ray, or None."""
 
@@ -61,7 +67,7 @@ class Rays(Balls):
         if length(sub(ray.origin, ball.center)) <= ball.radius:
             return self.inside()
         way = self.way_to_ball(ray, ball)
-        return None if way is None else Hit(way, unit(sub(along(ray.origin, way, ray.direction), ball.center)))
+        return None if way is None else Hit(way, outward(sub(along(ray.origin, way, ray.direction), ball.center), ray))
 
     def way_to_ball(self, ray: Line, ball: Ball) -> float | None:
         """Way to a ball that the ray does not start in."""
@@ -106,16 +112,20 @@ class Rays(Balls):
         height = dot(sub(point, rod.p), axis)
         if way < 0 or not 0 <= height <= length(sub(rod.q, rod.p)):
             return []
-        return [Hit(way, unit(across(unit(along(offset, way, drift)), axis)))]
+        normal = across(unit(along(offset, way, drift)), axis)
+        return [Hit(way, unit(normal if length(normal) > UPRIGHT else times(-1.0, drift)))]
 
     def caps_of_rod(self, ray: Line, rod: Rod) -> list[Hit]:
         """The balls around the ends; only their outer half counts for the normal."""
         found = []
-        for end, outward in ((rod.p, times(-1.0, rod.axis)), (rod.q, rod.axis)):
+        for end, away in ((rod.p, times(-1.0, rod.axis)), (rod.q, rod.axis)):
             way = self.way_to_ball(ray, Ball(end, rod.radius))
             if way is not None:
-                normal = unit(sub(along(ray.origin, way, ray.direction), end))
-                found.append(Hit(way, normal if dot(normal, outward) >= 0 else unit(across(normal, outward))))
+                normal = outward(sub(along(ray.origin, way, ray.direction), end), ray)
+                if dot(normal, away) < 0:
+                    beside = across(normal, away)
+                    normal = unit(beside) if length(beside) > UPRIGHT else away  # else it is rounding
+                found.append(Hit(way, normal))
         return found
 
     def ray_brick(self, ray: Line, brick: Brick) -> Hit | None:
