@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
+from oracles.aspect import aspect_of
 from oracles.draws import NumpyDraws
 from oracles.impact_regimes import IMPACT_REGIMES, ImpactRegime
 from oracles.impact_stages import TARGETS
@@ -109,11 +111,16 @@ class Batch:
         """Numbers of both sides."""
         return packed_rows(self.a, self.b, self.motion)
 
-    @property
+    @cached_property
     def sizes(self) -> Array:
         """Size of each scene, as `Scene.size`."""
         largest = np.maximum(self.a.magnitude, self.b.magnitude) if self.motion is None else self.motion.speed
         return np.asarray(np.broadcast_to(largest, len(self)))
+
+    @cached_property
+    def aspects(self) -> Array:
+        """Aspect ratio of the longer proxy of each scene."""
+        return np.maximum(aspect_of(self.a), aspect_of(self.b))
 
     def __len__(self) -> int:
         """Return the number of scenes."""

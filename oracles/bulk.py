@@ -4,37 +4,46 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
+from oracles.accuracy import ABSOLUTE, RELATIVE, Extreme, ExtremeKey, keep_worst
 from oracles.adapters import UnsoundAdapter
 from oracles.answers import add_to_digest, reference_for, take
 from oracles.batch import Batch, PairKey
 from oracles.bench import Bench, Workshop
 from oracles.clock import timed
+from oracles.clumsiness import PLAIN
 from oracles.engine import Answers
 from oracles.impact_regimes import impact_regimes_for
 from oracles.judges import audit_of, finding_of
 from oracles.outcome import FINDINGS, SUSPECT, Kind, Outcome
-from oracles.reference import is_quick
+from oracles.reference import gaps, is_quick
 from oracles.regimes import Regime, regimes_for
-from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, cells_of
+from oracles.scene import CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, cells_of
 from oracles.screening import KINDS, Screening
 from oracles.sheets import Sheet
 from oracles.words import decade_of
 from refimpl.compiling import batch_of
 from refimpl.pairs import TABLE
 
-QUICK, SEARCHED = 8, 6
+QUICK, SEARCHED = 16, 6
 """Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
-fewer: drawing and judging cost by the batch rather than by the scene."""
-STEPPED = 3
+fewer: drawing and judging cost by the batch rather than by the scene. So an engine that errs every 1 000th call is
+asked often enough in its very first task, which finds it without a memory."""
+MOST = 800
+"""Scenes of a regime and pair in one task."""
+STEPPED = 6
 """Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
 AUDITED = 4
 """One regime in so many is audited in a task, in turn: a proof costs as much as a hundred answers."""
 GIVE_UP_AFTER = 1
+AT_REST = (DISTANCE, CONTACTS)
+"""Queries of which the signed distance of the two is known once an answer is judged."""
 
 
 @dataclass
@@ -80,7 +89,7 @@ class _Bulk:
     @property
     def many(self) -> int:
         """Scenes of each regime: more of pairs with a closed form, fewer where each costs a search."""
-        return self.each * QUICK if is_quick(*self.pair) else max(1, self.each // SEARCHED)
+        return min(MOST, self.each * QUICK) if is_quick(*self.pair) else max(1, self.each // SEARCHED)
 
     @cached_property
     def regimes(self) -> dict[str, Regime]:
@@ -104,6 +113,7 @@ class _Bulk:
         rows, asked = batch.rows, self.shop.asked(cell)
         for bench in asked:
             answers = bench.answer(cell, rows, batch.groups, GIVE_UP_AFTER)
+            self.outcome.spend({(bench.name, cell.query, cell.pair): bench.worker.effort})
             self.outcome.hunters["bulk"] += len(answers)
             add_to_digest(self.digest, bench.name, cell, answers)
             try:
@@ -120,17 +130,31 @@ class _Bulk:
         with timed("judge"):
             screening = bench.judges.screen(cell, batch.a, batch.b, batch.motion, answers)
         suspects, proven = screening.rows_of(SUSPECT), np.zeros(len(batch), dtype=bool)
-        sizes = batch.sizes if suspects.size else np.zeros(0)
-        for i in suspects.tolist():
-            found = len(self.outcome.findings)
-            screening.codes[i] = KINDS.index(self.weigh(bench, cell, batch, i, answers, screening, float(sizes[i])))
+        for i in suspects[np.argsort(_odd_numbers(batch, suspects), kind="stable")].tolist():
+            found, size = len(self.outcome.findings), float(batch.sizes[i])
+            screening.codes[i] = KINDS.index(self.weigh(bench, cell, batch, i, answers, screening, size))
             proven[i] = len(self.outcome.findings) > found
         names = dict(zip(batch.groups.tolist(), batch.regimes, strict=True))
         for (group, kind), number in screening.counts(batch.groups).items():
             self.outcome.counts[bench.name, cell.query, cell.pair, names[group], kind] += number
+        keep_worst(self.outcome.extremes, self.extremes(bench, cell, batch, screening.error))
         with timed("store"):
-            sheet = Sheet.of_batch(bench.name, cell, batch, answers, screening, proven)
+            gap = gaps(batch.a, batch.b, ~np.isnan(screening.error) & (cell.query in AT_REST))
+            sheet = Sheet.of_batch(bench.name, cell, batch, answers, screening, proven, gap)
             self.outcome.sheets.append(sheet)
+
+    def extremes(
+        self, bench: Bench, cell: Cell, batch: Batch, error: NDArray[np.float64]
+    ) -> Iterator[tuple[ExtremeKey, Extreme]]:
+        """The worst errors of a batch, where there are any."""
+        if not np.nanmax(error, initial=0.0) > 0:
+            return
+        with np.errstate(divide="ignore", invalid="ignore"):
+            measured = {ABSOLUTE: error, RELATIVE: error / batch.sizes}
+        for measure, amounts in measured.items():
+            worst = int(np.nanargmax(amounts))
+            extreme = Extreme(batch.scene(cell.query, worst), float(error[worst]))
+            yield (bench.name, cell.query, cell.pair, measure), extreme
 
     def weigh(
         self, bench: Bench, cell: Cell, batch: Batch, i: int, answers: Answers, screening: Screening, size: float
@@ -164,6 +188,12 @@ class _Bulk:
                 self.outcome.counts["refimpl", query, scene.cell.pair, scene.regime, verdict.kind] += 1
                 if verdict.kind is Kind.REFERENCE_WRONG:
                     self.outcome.findings.append(finding_of("refimpl", scene, reference_for(scene), verdict))
+
+
+def _odd_numbers(batch: Batch, rows: NDArray[np.int_]) -> NDArray[np.int_]:
+    """How many numbers of each of these scenes a reader has to read: what is proven first is what he may see."""
+    numbers = np.concatenate([np.asarray(side)[rows] for side in batch.rows], axis=1)
+    return np.asarray(np.count_nonzero(~np.isin(numbers, list(PLAIN)), axis=1))
 
 
 def bulk(shop: Workshop, pair: PairKey, number: int, each: int) -> Outcome:

@@ -27,8 +27,10 @@ from oracles.ledger import Ledger
 from oracles.outcome import Outcome, Run
 from oracles.scene import Cell, cells_of
 from oracles.store import Store
-from oracles.tasks import ShrinkTask, Task, perform
+from oracles.tasks import CertifyTask, ShrinkTask, Task, perform
 
+CERTIFYING = 30.0
+"""Seconds that may be spent on proving the worst errors."""
 SHRINKING = 30.0
 """Seconds beyond the budget that may be spent on making witnesses small."""
 PATIENCE = 120.0
@@ -103,7 +105,15 @@ class Campaign:
         self._do(plan.later_passes(self.pairs, self.targets(), self.run.seed, self.passes), until=hunted)
         while self.flying:
             self._land()
+        self.certify()
         self.boil_down()
+
+    def certify(self) -> None:
+        """Prove the worst errors of each cell."""
+        tasks = (CertifyTask(extremes) for extremes in self.filing.extremes())
+        self._do(tasks, until=max(self.run.budget, self.elapsed) + CERTIFYING)
+        while self.flying:
+            self._land()
 
     def boil_down(self) -> None:
         """Shrink the witnesses, so that findings with one cause come together."""
@@ -179,9 +189,10 @@ class Campaign:
         error = future.exception()
         if error is None:
             outcome = future.result()
-            if self.store:
+            if self.store and task.recorded:
                 with timed("store"):
-                    self.store.record(task, outcome)
+                    if self.store.record(task, outcome):
+                        outcome.sheets = []
             return outcome
         self.failures += 1
         if self.failures >= MOST_FAILURES:
@@ -195,6 +206,7 @@ class Campaign:
                 self.filing.file(*self.landed[number])
         self.run.seconds = self.elapsed
         self.filing.settle(self.shop)
+        self.filing.measure(self.store.samples if self.store else ())
         if not (self.run.interrupted or self.run.reference_wrong):
             self.run.problems += closing.silent_cells(self.run)
         if self.store:
@@ -264,6 +276,7 @@ def run_campaign(
         shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models))
         wanted = opening.wanted_pairs(pairs)
         run = opening.run_of(shop, wanted, budget)
+        run.passes = passes
         if not isinstance(executor, Here):
             shop.rest()
         known = (ledger if ledger is not None else Ledger.load()).at(run.engine_versions)

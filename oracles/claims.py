@@ -40,7 +40,7 @@ RAY_FALSE = "ray hits a shape that it misses"
 TILTED = "ray normal does not point outward"
 
 WRONG_BOOLEANS = (MISSED, FALSE, RAY_MISSED, RAY_FALSE)
-VALUE, WITNESS, BOOL = "value", "witness", "boolean"
+VALUE, WITNESS, BOOL, LENGTH = "value", "witness", "boolean", "length"
 FRAGILE = (Cylinder, KDOP)
 """Types that rounding a move may turn or bend: thin discs, slabs that nearly are parallel. The other shape is moved."""
 OTHER_DEPTHS = {Convention.DEPTH_OF_ITS_NORMAL, Convention.OF_ONE_TRIANGLE}
@@ -58,7 +58,8 @@ class Claim:
     margin
         By how much the shapes are grown beyond x and y: σ of the grown shapes is σ(x, y) − margin.
     kind
-        Which of the engine's tolerances applies: "value", "witness" or "boolean".
+        Which of the engine's tolerances applies: "value", "witness" or "boolean"; or "length", of a normal, for which
+        there is one that all engines share.
     cap
         No violation counts for more than this: a ray cannot be later than the way it has gone.
     rounding
@@ -78,8 +79,8 @@ class Claim:
     rounding: Array
     by_convention: bool = False
     """Whether the engine declares that it does not make this claim: breaking it is a convention."""
-    measures: bool = False
-    """Whether its violation is the error of the value that was answered."""
+    measures: Bools | None = None
+    """Where its violation is the error of a finite value that was answered."""
     kept: bool = False
     """Whether others will ask about x and y too, so that what is known of them is kept."""
 
@@ -102,12 +103,21 @@ class Claim:
         error = error_of(self.x, self.y) * size + self.rounding
         return np.minimum(below, self.cap), np.minimum(above, self.cap), error
 
+    def measured(self, worst: Array, doubt: Array) -> Array:
+        """Error of the value at least, given the larger violation and what it may err by; NaN where it has none.
+
+        An infinite distance that is right, or that tells of an overlap without its depth, is no length.
+        """
+        valued = (worst > 0) if self.measures is None else self.measures | (worst > 0)
+        return np.where(self.made & valued, np.maximum(worst - doubt, 0.0), np.nan)
+
 
 ROUNDING = 2.0**-50
 """What rounding a sum of two vectors costs, relative to their largest coordinates, with room to spare."""
 
 UNIT_ERROR = 1e-6
-"""How far from 1 a normal's length may be: engines that keep normals in single precision are not wrong."""
+"""How far from 1 a normal's length may be, whatever the scene's size: engines that keep normals in single precision are
+not wrong."""
 
 PIECE = 1.01
 """An overlap said to be deeper than its deepest pair of pieces by no more than this factor may be meant to be that."""
@@ -140,6 +150,11 @@ class Questioned:
         yield from self._boolean_claim()
         if self.query != BOOLEAN:
             yield from self._value_claims()
+
+    def is_as(self, other: Questioned) -> bool:
+        """Whether these are the very shapes, grown by as much: then the claims are the same."""
+        grown = (self.margin_a, other.margin_a), (self.margin_b, other.margin_b)
+        return self.a is other.a and self.b is other.b and all(np.array_equal(x, y) for x, y in grown)
 
     @cached_property
     def size(self) -> Array:
@@ -196,7 +211,7 @@ class Questioned:
         cap: float | Array = np.inf,
         rounding: float | Array = 0.0,
         by_convention: bool = False,
-        measures: bool = False,
+        measures: Bools | None = None,
         kept: bool = False,
     ) -> Claim:
         most, slack = (np.broadcast_to(np.asarray(v, dtype=np.float64), made.shape) for v in (cap, rounding))
@@ -228,13 +243,13 @@ class Questioned:
         waived = self.query == CONTACTS and bool(self.waived & OTHER_DEPTHS)
         some_depth = (value == -np.inf) & (Convention.NO_DEPTH in self.waived)
         bounds, words = (value, np.where(some_depth, 0.0, value)), (LONG, SHORT)
-        yield self._claim(
-            self.a, self.b, bounds, words, VALUE, said, margin, by_convention=waived, measures=True, kept=True
-        )
         finite = said & np.isfinite(value)
+        yield self._claim(
+            self.a, self.b, bounds, words, VALUE, said, margin, by_convention=waived, measures=finite, kept=True
+        )
         directed = finite & np.isfinite(answers.normal).all(axis=-1)
+        yield self._unit_claim(directed)  # moving along a normal that is too short also stops short
         yield from self._normal_claim(directed, margin)
-        yield self._unit_claim(directed)
         yield from self._witness_claims(finite)
         if self.query == CONTACTS:
             yield from self._contact_point_claims(finite)
@@ -276,8 +291,7 @@ class Questioned:
         """A normal has unit length, to single precision."""
         zero, origin = self._nothing, np.zeros((len(made), 3))
         tip, unit_ball = Point(np.where(made[:, None], self.answers.normal, 0.0)), Capsule(origin, origin, zero + 1.0)
-        bounds, words = (zero - UNIT_ERROR, zero + UNIT_ERROR), (BRIEF, LENGTHY)
-        return self._claim(tip, unit_ball, bounds, words, WITNESS, made, zero)
+        return self._claim(tip, unit_ball, (zero, zero), (BRIEF, LENGTHY), LENGTH, made, zero)
 
     def _contact_point_claims(self, finite: Bools) -> Iterator[Claim]:
         """A single contact point is no farther from either shape than the depth, as both witnesses are."""
@@ -332,9 +346,9 @@ class Questioned:
         way = norm(point - ray.origin)
         late, off = (RAY_LATE, ""), ("", RAY_OFF)
         yield self._claim(
-            until, self.b, (zero, -free), late, VALUE, hit & (way > 0), margin, way, rounding, measures=True
+            until, self.b, (zero, -free), late, VALUE, hit & (way > 0), margin, way, rounding, measures=hit
         )
-        yield self._claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding, measures=True)
+        yield self._claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding, measures=hit)
         placed = hit & np.isfinite(answers.point).all(axis=-1)
         named_point = Point(np.where((placed & usable)[:, None], answers.point, point))
         ball = Capsule(point, point, zero)

@@ -6,7 +6,9 @@ from oracles.bench import Workshop
 from oracles.engine import Engine
 from oracles.impact_regimes import is_of_impacts
 from oracles.outcome import ANSWERED, Finding, Kind, Run
-from oracles.scene import IMPACT, Scene
+from oracles.repro import script_of
+from oracles.repro.calls import call_of
+from oracles.scene import IMPACT
 
 
 def write_scripts(run: Run, shop: Workshop) -> None:
@@ -14,27 +16,26 @@ def write_scripts(run: Run, shop: Workshop) -> None:
     engines = {bench.name: bench.engine for bench in shop.benches}
     for bucket in run.buckets:
         if bucket.engine in engines:
-            bucket.repro = _scripts(engines[bucket.engine], bucket.witness)
+            engine = engines[bucket.engine]
+            bucket.call = _calls(engine, bucket.witness)
+            bucket.repro = _script(engine, bucket.witness)
 
 
-def _scripts(engine: Engine, finding: Finding) -> str:
-    """The script of a finding, followed by that of the scene whose answer contradicts it."""
-    first = _script(engine, finding.scene)
+def _calls(engine: Engine, finding: Finding) -> str:
+    """The call of the engine alone, followed by that on the scene whose answer contradicts it."""
+    first = call_of(engine, finding.scene)
     if finding.related is None:
         return first
     second = f"# The same engine on the related scene ({finding.related.relation}):"
-    return f"{first.rstrip()}\n\n{second}\n{_script(engine, finding.related.scene)}"
+    return f"{first.rstrip()}\n\n{second}\n{call_of(engine, finding.related.scene)}"
 
 
-def _script(engine: Engine, scene: Scene) -> str:
-    rows = [row.tolist() for row in scene.rows]
+def _script(engine: Engine, finding: Finding) -> str:
     try:
-        script = engine.repro(scene.query, scene.cell.type_a, scene.cell.type_b, *rows)
-        return (
-            script if isinstance(script, str) else f"# {engine.name} wrote a {type(script).__name__} for this scene\n"
-        )
+        return script_of(engine, finding)
     except Exception as error:  # an adapter's mistake must not cost the report
-        return f"# {engine.name} wrote no script for this scene: {type(error).__name__}: {str(error)[:500]!r}\n"
+        why = f"{type(error).__name__}: {str(error)[:500]!r}"
+        return f"# No proof could be put into this script: {why}\n{_calls(engine, finding)}"
 
 
 def silent_cells(run: Run) -> list[str]:

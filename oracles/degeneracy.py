@@ -70,16 +70,32 @@ def degeneracy(scene: Scene) -> str:
     return next((name for name in CLASSES if name in found), GENERIC)
 
 
-def features(scene: Scene) -> frozenset[str]:
-    """Everything that is special about a scene."""
+def features(scene: Scene, gaps: tuple[float, ...] = ()) -> frozenset[str]:
+    """Everything that is special about a scene, of which the `gaps_of` may be known."""
     if scene.motion is not None:
         return frozenset(_of_impact(scene, scene.motion))
     a, b = look(scene.a), look(scene.b)
+    gaps = gaps or gaps_of(scene.a[None], scene.b[None])[0]
     found = {*_of_sizes(scene, a, b), *_of_poses(scene, a, b)}
-    found |= set(_of_ray(scene) if isinstance(scene.a, Ray) else _of_contact(scene, a, b))
-    if "parallel" in found and "nearly touching" in found and _facing(scene, a, b):
+    found |= set(_of_ray(scene, *gaps) if isinstance(scene.a, Ray) else _of_contact(scene, a, b, *gaps))
+    if "parallel" in found and "nearly touching" in found and _facing(scene, a, b, gaps[0]):
         found.add("face on face")
     return frozenset(found)
+
+
+def gaps_of(a: Proxy, b: Proxy) -> list[tuple[float, ...]]:
+    """Signed distance of each pair of a batch; of a ray that of its start, and of all of it."""
+    every = np.ones(len(a), dtype=bool)
+    if not isinstance(a, Ray):
+        return list(zip(_highest(signed(a, b, every)), strict=True))
+    way = Capsule(a.origin, a.at(past(a, b)), np.zeros(len(a)))
+    starts = Point(a.origin)
+    return list(zip(_highest(signed(starts, b, every)), _highest(signed(way, b, every)), strict=True))
+
+
+def _highest(bounds: tuple[Array, Array]) -> list[float]:
+    """The upper ends of signed distances: what unions are proven to be apart at most."""
+    return [float(x) for x in bounds[1]]
 
 
 def length_of(scene: Scene) -> float:
@@ -136,13 +152,8 @@ def _is_nothing(vector: Array, length: float) -> bool:
     return bool(np.abs(vector).max() <= ROUNDING * length)
 
 
-def _signed(x: Proxy, y: Proxy) -> float:
-    low, high = signed(x[None], y[None], np.array([True]))
-    return float(high[0] if low[0] != high[0] else low[0])
-
-
-def _of_contact(scene: Scene, a: Look, b: Look) -> Iterator[str]:
-    gap, length = _signed(scene.a, scene.b), length_of(scene)
+def _of_contact(scene: Scene, a: Look, b: Look, gap: float) -> Iterator[str]:
+    length = length_of(scene)
     rounding = max(ROUNDING * length, 4 * np.finfo(float).eps * scene.size)
     if abs(gap) <= rounding:
         yield "touching"
@@ -154,11 +165,9 @@ def _of_contact(scene: Scene, a: Look, b: Look) -> Iterator[str]:
             yield "deep"
 
 
-def _of_ray(scene: Scene) -> Iterator[str]:
-    ray = scene.a
+def _of_ray(scene: Scene, start: float, gap: float) -> Iterator[str]:
+    ray, length = scene.a, length_of(scene)
     assert isinstance(ray, Ray)
-    whole = Capsule(ray.origin, ray.at(past(ray[None], scene.b[None])[0]), 0.0)
-    start, gap, length = _signed(Point(ray.origin), scene.b), _signed(whole, scene.b), length_of(scene)
     rounding = max(ROUNDING * length, 4 * np.finfo(float).eps * scene.size)
     if abs(start) <= rounding:
         yield "from the surface"
@@ -174,12 +183,11 @@ def _of_ray(scene: Scene) -> Iterator[str]:
         yield "odd direction"
 
 
-def _facing(scene: Scene, a: Look, b: Look) -> bool:
+def _facing(scene: Scene, a: Look, b: Look, gap: float) -> bool:
     """Whether a whole face or edge of each is nearest: the middles differ along a direction of both."""
     if not (len(a.axes) and len(b.axes)) or isinstance(scene.a, Ray):
         return False
     shared = [n for n in a.axes if np.any(norm(np.cross(n, b.axes)) <= ROUNDING)]
-    gap = _signed(scene.a, scene.b)
     length = length_of(scene)
     for n in shared:
         if isinstance(scene.a, HalfSpace) or isinstance(scene.b, HalfSpace):

@@ -284,6 +284,22 @@ class Effective:
         return self._rows
 
 
+ADAPTER_SCRIPT = """from oracles.engine import COLUMNS
+from {module} import {name}
+from refimpl.shapes import {kinds}
+
+answer = {name}().solver({query!r}, {A.__name__}, {B.__name__})(
+    {row_a!r},
+    {row_b!r},
+)
+for name, columns in COLUMNS.items():
+    values = list(answer[columns])
+    if all(value == value for value in values):
+        print(name, "=", values[0] if len(values) == 1 else values)
+"""
+"""Asks the adapter of an engine; see `Engine.repro`."""
+
+
 class Engine(ABC):
     """A collision engine as the harness sees it: what it supports, promises and answers.
 
@@ -366,13 +382,18 @@ class Engine(ABC):
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
         """Return a function that answers one scene, given as two rows of floats."""
 
-    @abstractmethod
     def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
         """Return a Python script that asks the engine alone for one scene.
 
         It needs the engine's own package, makes the calls that `solver` makes, and prints the answer as lines
-        ``name = value`` in full precision, in the terms of the contract.
+        ``name = value`` in full precision, in the terms of the contract. By default it asks this adapter, and needs
+        its module and this project as well.
         """
+        self.require(query, A, B)
+        kind, kinds = type(self), ", ".join(sorted({A.__name__, B.__name__}))
+        return ADAPTER_SCRIPT.format(
+            module=kind.__module__, name=kind.__name__, kinds=kinds, query=query, A=A, B=B, row_a=row_a, row_b=row_b
+        )
 
     def require(self, query: str, A: Kind, B: Kind) -> None:
         """Raise `UnsupportedCell` unless the cell can be asked."""

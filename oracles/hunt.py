@@ -6,6 +6,8 @@ import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from oracles.answers import add_to_digest
 from oracles.bench import Bench
 from oracles.clock import timed
@@ -66,8 +68,8 @@ class _Attack:
             if kind in SUSPECT:
                 kind, found = self._weigh(scene, answers, screening)
         proven = kind in FINDINGS
-        said = symptom, amount, max(0.0, strained.worst)
-        self.rows.append(Row(scene.regime, tried, int(answers.status[0]), KINDS.index(kind), *said, scene.size, proven))
+        said = KINDS.index(kind), symptom, amount, max(0.0, strained.worst), np.nan, scene.size, np.nan, np.nan
+        self.rows.append(Row(scene.regime, tried, int(answers.status[0]), *said, proven))
         if not proven:
             self.outcome.counts[self.bench.name, cell.query, cell.pair, scene.regime, kind] += 1
         return found

@@ -79,7 +79,7 @@ class ImpactJudge:
         broken, worst = _first_broken(ours, allowed - error)
         found.pressure[rows] = worst / np.maximum(allowed, error + TINY)
         _, other = _first_broken(theirs, allowed - error)
-        found.error[rows] = np.minimum(worst, other)
+        found.error[rows] = np.maximum(np.minimum(worst, other) - error, 0.0)
         for k in np.flatnonzero(broken >= 0):
             i, law = int(rows[k]), ours[broken[k]]
             if excused[k] or other[k] <= allowed[k] - error[k]:
@@ -143,6 +143,19 @@ class ImpactJudge:
         amount = ours[1] if effective is part.motion else min(ours[1], _greatest(effective, answers))
         right_by_own = amount <= allowed or bool(self._excused(part)[0])
         return self._verdict(scene, Kind.CONVENTION if right_by_own else Kind.WRONG, ours, amount, answers)
+
+    def proven_error(self, scene: Scene, answers: Answers) -> Verdict:
+        """The largest violation of a law by the one answer: by the scene's bodies, or those of the engine if smaller.
+
+        Undecided where there is no answer.
+        """
+        assert scene.motion is not None
+        if answers.status[0] != Status.ANSWERED or _unusable(answers)[0]:
+            return Verdict(Kind.UNDECIDED)
+        part = _Part(scene.cell, scene.a[None], scene.b[None], scene.motion[None], answers)
+        effective = self._effective(part)
+        amount = min(_greatest(motion, answers) for motion in (part.motion, effective))
+        return Verdict(Kind.AGREES, amount=max(0.0, round_down(amount)))
 
     def _verdict(
         self, scene: Scene, kind: Kind, found: tuple[str, Fraction], amount: Fraction, answers: Answers

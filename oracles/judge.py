@@ -8,6 +8,7 @@ certificate. Tolerances are the engine's own, as its adapter declares them, and 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
@@ -20,7 +21,7 @@ from oracles.outcome import Kind, Severity, Verdict
 from oracles.reference import UNIONS, error_of, proven
 from oracles.rules import Rules
 from oracles.scene import Cell, Scene
-from oracles.screening import CRASHED, RAISED, TIMED_OUT, Screening, fate_of, screen
+from oracles.screening import CRASHED, RAISED, TIMED_OUT, Screening, Sides, fate_of, screen
 from oracles.words import conviction, said_of, severity_of
 from refimpl import Proxy, distance
 from refimpl.proof import Certificate, InvalidCertificate
@@ -29,6 +30,8 @@ from refimpl.proof.certify import round_down, round_up
 __all__ = ["CRASHED", "RAISED", "TIMED_OUT", "Judge", "Screening"]
 
 Exact = Fraction | float
+Proven = tuple[Certificate, tuple[Exact, Exact], Scene]
+"""Certificate, the interval of the signed distance that it proves, and the scene that it is about."""
 
 
 class Judge:
@@ -57,20 +60,22 @@ class Judge:
         """Try claim by claim, on the scene's shapes and on the effective ones; first those that may fail on both."""
         cell = scene.cell
         effective = self.rules.effectively(cell, nominal.a, nominal.b, nominal.answers)
-        pairs = list(zip(nominal.claims(), effective.claims(), strict=True))
-        pairs.sort(key=lambda pair: not all(self._doubtful(cell, claim, scene) for claim in pair))
+        own = self._weighed(cell, nominal, scene)
+        same = effective.is_as(nominal)
+        pairs = list(zip(own, own if same else self._weighed(cell, effective, scene), strict=True))
+        pairs.sort(key=lambda pair: not all(doubtful for _, doubtful in pair))
         found: dict[str, Verdict] = {}
-        for ours, theirs in pairs:
-            if "wrong" in found and not self._doubtful(cell, theirs, scene):
+        for (ours, in_doubt), (theirs, also) in pairs:
+            if "wrong" in found and not also:
                 break  # of what holds on the effective shapes, one is enough to tell a convention
-            verdict = self._try(cell, ours, scene, nominal)
+            verdict = self.tried(cell, ours, scene, nominal) if in_doubt else Verdict(Kind.AGREES)
             if verdict.kind is Kind.REFERENCE_WRONG:
                 return verdict
             if verdict.kind is Kind.WRONG and ours.by_convention:
                 found.setdefault("waived", verdict)
             elif verdict.kind is Kind.WRONG:
                 found.setdefault("wrong", verdict)
-                joint = self._both(verdict, self._try(cell, theirs, scene, effective), scene)
+                joint = verdict if same else self._both(verdict, self.tried(cell, theirs, scene, effective), scene)
                 if joint.kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
                     inside = joint.kind is Kind.WRONG and self.rules.excused_inside(cell, nominal)[0]
                     return replace(joint, kind=Kind.CONVENTION, severity=None) if inside else joint
@@ -82,6 +87,10 @@ class Judge:
         if "waived" in found and "doubtful" not in found:
             return replace(found["waived"], kind=Kind.CONVENTION, severity=None)
         return found.get("doubtful", Verdict(Kind.AGREES))
+
+    def _weighed(self, cell: Cell, rows: Questioned, scene: Scene) -> list[tuple[Claim, bool]]:
+        """Every claim, and whether it is in doubt."""
+        return [(claim, self._doubtful(cell, claim, scene)) for claim in rows.claims()]
 
     def _doubtful(self, cell: Cell, claim: Claim, scene: Scene) -> bool:
         """Whether floats leave it open, or are sure, that a claim is broken."""
@@ -129,19 +138,53 @@ class Judge:
         for claim in rows.claims():
             if claim.by_convention:
                 continue
-            verdict = self._try(cell, claim, scene, rows)
+            verdict = self.tried(cell, claim, scene, rows)
             if verdict.kind in (Kind.WRONG, Kind.REFERENCE_WRONG):
                 return verdict
             if verdict.kind is Kind.UNDECIDED:
                 doubtful = doubtful or verdict
         return doubtful or Verdict(Kind.AGREES)
 
-    def _try(self, cell: Cell, claim: Claim, scene: Scene, rows: Questioned) -> Verdict:
+    def proven_error(self, scene: Scene, answers: Answers) -> Verdict:
+        """How far off the one value in `answers` is proven to be at least; undecided where there is none.
+
+        As in the screening, where the answer breaks a claim the effective shapes may speak for the engine.
+        """
+        nominal = self.rules.questioned(scene.cell, scene.a[None], scene.b[None], answers)
+        if not nominal.answered[0] or nominal.unusable[0]:
+            return Verdict(Kind.UNDECIDED)
+        questions = [nominal]
+        if Sides.of(self.rules, scene.cell, nominal).violated.any():
+            questions.append(self.rules.effectively(scene.cell, nominal.a, nominal.b, answers))
+        found: list[Exact] = []
+        for rows in questions:
+            least: Exact = 0.0
+            for claim in (claim for claim in rows.claims() if claim.measures is not None and claim.made[0]):
+                known = self._interval(claim, scene)
+                if isinstance(known, Verdict):
+                    return known
+                least = max(least, *(amount for _, amount, _ in _violations(claim, known[1])))
+            found.append(least)
+        return Verdict(Kind.AGREES, amount=max(0.0, round_down(min(found))))
+
+    def tried(self, cell: Cell, claim: Claim, scene: Scene, rows: Questioned) -> Verdict:
+        """Verdict on one claim of an answer, for the shapes of `rows`."""
         if not self._doubtful(cell, claim, scene):
             return Verdict(Kind.AGREES)
+        known = self._interval(claim, scene)
+        if isinstance(known, Verdict):
+            return known
+        allowed = _exact(float(self.rules.allowed(cell, claim.kind, np.array([scene.size]))[0]))
+        for word, least, most in _violations(claim, known[1]):
+            if most > allowed:
+                kind = Kind.WRONG if least > allowed else Kind.UNDECIDED
+                return self._verdict(kind, word, least, known, rows, scene)
+        return Verdict(Kind.AGREES)
+
+    def _interval(self, claim: Claim, scene: Scene) -> Proven | Verdict:
+        """What is proven of the signed distance that a claim is about; a verdict where it is against ourselves."""
         x, y = claim.x[0], claim.y[0]
         proof_scene = Scene(scene.query, x, y, scene.regime, scene.source)
-        allowed = _exact(float(self.rules.allowed(cell, claim.kind, np.array([scene.size]))[0]))
         try:
             certificate, interval = proven(x, y)
         except InvalidCertificate as refused:
@@ -161,34 +204,26 @@ class Judge:
                 certificate,
                 proof_scene,
             )
-        margin, rounding = Fraction(float(claim.margin[0])), Fraction(float(claim.rounding[0]))
-        for word, bound, sign in ((claim.below, claim.low[0], -1), (claim.above, claim.high[0], 1)):
-            both = (_excess(float(bound), end, margin, sign) for end in interval)
-            least, most = sorted(min(excess, _exact(float(claim.cap[0]))) for excess in both)
-            least, most = least - rounding, most + rounding
-            if upper < 0 and (isinstance(x, UNIONS) or isinstance(y, UNIONS)):
-                most = least  # any depth of the interval is right
-            if most > allowed:
-                kind = Kind.WRONG if least > allowed else Kind.UNDECIDED
-                return self._verdict(kind, word, least, interval, certificate, proof_scene, rows, scene)
-        return Verdict(Kind.AGREES)
+        return certificate, interval, proof_scene
 
-    def _verdict(
-        self,
-        kind: Kind,
-        word: str,
-        amount: Fraction | float,
-        interval: tuple[Fraction | float, Fraction | float],
-        certificate: Certificate,
-        proof_scene: Scene,
-        rows: Questioned,
-        scene: Scene,
-    ) -> Verdict:
+    def _verdict(self, kind: Kind, word: str, amount: Exact, known: Proven, rows: Questioned, scene: Scene) -> Verdict:
+        certificate, interval, proof_scene = known
         lower, upper = round_down(interval[0]), round_up(interval[1])
         said = said_of(scene.query, rows.answers)
         claim = conviction(self.engine.name, said, word, (lower, upper), float(amount))
         severity = severity_of(word, float(amount), scene.size) if kind is Kind.WRONG else None
         return Verdict(kind, word, severity, float(amount), lower, upper, claim, certificate, proof_scene)
+
+
+def _violations(claim: Claim, interval: tuple[Exact, Exact]) -> Iterator[tuple[str, Exact, Exact]]:
+    """By how much each side of one claim is violated, at least and at most."""
+    margin, rounding = Fraction(float(claim.margin[0])), Fraction(float(claim.rounding[0]))
+    any_depth = interval[1] < 0 and (isinstance(claim.x, UNIONS) or isinstance(claim.y, UNIONS))
+    for word, bound, sign in ((claim.below, claim.low[0], -1), (claim.above, claim.high[0], 1)):
+        both = (_excess(float(bound), end, margin, sign) for end in interval)
+        least, most = sorted(min(excess, _exact(float(claim.cap[0]))) for excess in both)
+        least, most = least - rounding, most + rounding
+        yield word, least, least if any_depth else most
 
 
 def _exact(value: float) -> Exact:

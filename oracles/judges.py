@@ -42,6 +42,11 @@ class Judges:
         judge = self._at_rest if scene.motion is None else self._of_impacts
         return judge.convict(scene, answers)
 
+    def proven_error(self, scene: Scene, answers: Answers) -> Verdict:
+        """How far off the one value in `answers` is proven to be at least; no verdict on whether that is allowed."""
+        judge = self._at_rest if scene.motion is None else self._of_impacts
+        return judge.proven_error(scene, answers)
+
 
 def audit_of(scene: Scene) -> Verdict:
     """Try the reference itself on one scene."""

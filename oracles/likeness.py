@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -28,10 +28,11 @@ def key_of(scene: Scene) -> bytes:
 
 @dataclass(frozen=True, eq=False)
 class Failing:
-    """A scene on which an engine fails, and by how much."""
+    """A scene on which an engine fails, and by how much; and its `gaps_of`, where they are known."""
 
     scene: Scene
     amount: float
+    gaps: tuple[float, ...] = ()
 
     @cached_property
     def key(self) -> bytes:
@@ -46,7 +47,7 @@ class Failing:
     @cached_property
     def special(self) -> frozenset[str]:
         """What is special about the scene."""
-        return features(self.scene)
+        return features(self.scene, self.gaps)
 
     @property
     def strain(self) -> int:
@@ -64,16 +65,21 @@ class Failing:
         """What is better comes first, among scenes that are as special as each other."""
         simple = clumsiness(self.scene)
         beyond = max(0, simple[0] - AT_A_GLANCE)
-        return _distance_from_one(self.scene), beyond, self.slightness, simple, -self.amount, numbers_in(self.scene)
+        return _decades_from_one(self.scene), beyond, self.slightness, simple, -self.amount, numbers_in(self.scene)
 
     @property
     def _has_amount(self) -> bool:
         return 0 < self.amount < math.inf and 0 < self.size < math.inf
 
     def is_like(self, other: Failing) -> bool:
-        """Whether the error grows and falls by no more than it may in a step, as a length or relative to the scene."""
+        """Whether the error grows and falls by no more than it may in a step, as a length or relative to the scene.
+
+        Of gross errors it does not matter.
+        """
         if not (self._has_amount and other._has_amount):
             return self._has_amount == other._has_amount
+        if not (self.slightness or other.slightness):
+            return True
         absolute = math.log10(other.amount) - math.log10(self.amount)
         relative = absolute - math.log10(other.size) + math.log10(self.size)
         return any(-DOWN <= jump <= UP for jump in (absolute, relative))
@@ -81,16 +87,21 @@ class Failing:
     def best_of(self, others: Iterable[Failing]) -> Failing | None:
         """The best scene that is better than this one, and may show the same fault; none if there is none."""
         found: Failing | None = None
-        for other in sorted(filter(self.is_like, others), key=lambda one: one.plainness):
-            least = self if found is None else found
-            if found is not None and not found.strain:
-                break  # whatever follows is less plain
-            if not least.strain and other.plainness >= least.plainness:
-                break
-            rank, bound = (other.strain, other.plainness), (least.strain, least.plainness)
-            if rank < bound and other.special <= self.special | FREE:
+        for other in self.better_of(filter(self.is_like, others)):
+            if found is None or other.strain < found.strain:
                 found = other
+            if not found.strain:
+                break  # whatever follows is less plain
         return found
+
+    def better_of(self, others: Iterable[Failing]) -> Iterator[Failing]:
+        """Scenes that are better than this one, and special in no way in which it is not; the plainest first."""
+        for other in sorted(others, key=lambda one: one.plainness):
+            if not self.strain and other.plainness >= self.plainness:
+                return
+            better = (other.strain, other.plainness) < (self.strain, self.plainness)
+            if better and other.special <= self.special | FREE:
+                yield other
 
 
 def failing(finding: Finding) -> Failing:
@@ -110,9 +121,9 @@ def come_together(findings: Sequence[Finding]) -> list[Finding]:
     return ends
 
 
-def _distance_from_one(scene: Scene) -> int:
-    """How many decades the larger body and a ray's direction, of impacts the speed, are away from about 1."""
+def _decades_from_one(scene: Scene) -> int:
+    """How many decades beyond 0.1 and 10 the larger body and a ray's direction are, of impacts the speed."""
     sizes = [scene.size if scene.motion is not None else length_of(scene)]
     if isinstance(scene.a, Ray):
         sizes.append(float(norm(scene.a.direction)))
-    return max(abs(round(math.log10(size))) if 0 < size < math.inf else 0 for size in sizes)
+    return max(int(abs(math.log10(size))) if 0 < size < math.inf else 0 for size in sizes)

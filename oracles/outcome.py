@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from hashlib import sha256
 from typing import TYPE_CHECKING
 
+from oracles.accuracy import Accuracy, CellKey, Extreme, ExtremeKey
 from oracles.scene import Scene
 from refimpl.proof import Certificate
 from refimpl.proof.impacts import ImpactCertificate
 
 if TYPE_CHECKING:
     from oracles.sheets import Sheet
+
+
+ID_DIGITS = 12
+"""Hexadecimal digits of a bucket's id."""
 
 
 class Kind(StrEnum):
@@ -172,8 +179,10 @@ class Bucket:
     state: State = State.NEW
     cause: str = ""
     """What the entry says."""
+    call: str = ""
+    """The calls of the engine alone, as its users would write them; they print its answer."""
     repro: str = ""
-    """A stand-alone script of the engine alone that shows the wrong answer."""
+    """A stand-alone script that asks the engine, carries the proof, checks it and judges the answer."""
 
     @property
     def key(self) -> str:
@@ -182,6 +191,11 @@ class Bucket:
         if self.decade is not None:
             parts.append(f"1e{self.decade:+d}")
         return " · ".join(parts)
+
+    @property
+    def id(self) -> str:
+        """Short name by which runs and reports refer to it: the first digits of the key's SHA-256."""
+        return sha256(self.key.encode("utf-8", "surrogatepass")).hexdigest()[:ID_DIGITS]
 
     @property
     def against_reference(self) -> bool:
@@ -206,6 +220,12 @@ class EntryNote:
     """Those of its witnesses that still fail as it says."""
     upstream: tuple[str, ...] = ()
     file: str = ""
+    versions: str = ""
+    """Versions of the engine that have the fault, as in PEP 440."""
+    first_seen: str = ""
+    """When it was first recorded, and in which version of the engine."""
+    cells: tuple[tuple[str, str], ...] = ()
+    """(query, pair) of the cells that it is about, where its state asks for something to be done."""
 
 
 BucketKey = tuple[str, str, str, str, str, int | None]
@@ -237,6 +257,12 @@ class Outcome:
         What happened to the engines' processes though nothing was lost, in sentences, and how often.
     lacking
         Forms that the library of models does not have.
+    extremes
+        The worst errors of each cell, as floats have them.
+    certified
+        Of extremes, the errors that are proven; not part of a record.
+    efforts
+        Of each cell, how many scenes were asked to the end, and the engine's processor seconds for them.
     digest
         Of every answer, to the bit.
     """
@@ -250,14 +276,23 @@ class Outcome:
     problems: list[str] = field(default_factory=list)
     incidents: Counter[str] = field(default_factory=Counter)
     lacking: set[str] = field(default_factory=set)
+    extremes: dict[ExtremeKey, Extreme] = field(default_factory=dict)
+    certified: dict[ExtremeKey, float] = field(default_factory=dict)
+    efforts: dict[CellKey, tuple[int, float]] = field(default_factory=dict)
     digest: str = ""
     sheets: list[Sheet] = field(default_factory=list)
-    """Each answer, for the record; not there in an outcome that was recalled."""
+    """Each answer; no longer there once it is in the record."""
 
     def count(self, key: CountedKey, amount: float) -> None:
         """Add one finding that is not proven."""
         number, worst = self.counted.get(key, (0, 0.0))
         self.counted[key] = number + 1, max(worst, amount)
+
+    def spend(self, efforts: Mapping[CellKey, tuple[int, float]]) -> None:
+        """Add what engines took for some scenes."""
+        for cell, (asked, seconds) in efforts.items():
+            number, spent = self.efforts.get(cell, (0, 0.0))
+            self.efforts[cell] = number + asked, spent + seconds
 
 
 @dataclass(frozen=True)
@@ -296,6 +331,9 @@ class Run:
     """Scenes that each hunter has put before an engine: "replay", "bulk" and "hypothesis"."""
     timing: dict[str, float] = field(default_factory=dict)
     """Seconds spent on scenes, each engine, the reference, judge, proofs, hunts, store: of all workers together."""
+    accuracy: Accuracy = field(default_factory=Accuracy)
+    passes: int | None = None
+    """So many passes over all cells were asked for, in place of the budget."""
     interrupted: bool = False
     digest: str = ""
     """Of every answer, to the bit: the same for the same work, whatever has done it."""

@@ -64,7 +64,7 @@ class Draft:
         for _ in range(STEPS if isinstance(self.a, UNIONS) or isinstance(b, UNIONS) else 1):
             if not rows.size:
                 break
-            sigma, normal = _signed_gap(self.a[rows], b[rows])
+            sigma, normal = signed_gap(self.a[rows], b[rows])
             ends = np.isfinite(sigma)
             move = np.where(ends, self.gap[rows] - np.where(ends, sigma, 0.0), 0.0)
             shift = np.zeros((len(b), 3))
@@ -74,7 +74,7 @@ class Draft:
         return self.a, b
 
 
-def _signed_gap(a: Proxy, b: Proxy) -> tuple[Array, Array]:
+def signed_gap(a: Proxy, b: Proxy) -> tuple[Array, Array]:
     """Signed distance and normal; a ray counts as a segment that reaches past the other."""
     if isinstance(a, Ray):
         far = 2.0 + (norm(b.reference_point - a.origin) + 4.0 * b.magnitude) / norm(a.direction)

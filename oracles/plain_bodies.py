@@ -50,6 +50,7 @@ PLAIN_BODIES: dict[type[Proxy], tuple[Proxy, ...]] = {
     KDOP: (
         KDOP(AXES, [-1.0] * 3, ONES),
         KDOP(AXES, ORIGIN, ONES),
+        KDOP(AXES * [[2.0], [1.0], [1.0]], [-1.0] * 3, ONES),
         KDOP(np.concatenate([AXES, CORNERS]), [-1.0] * 3 + [-2.0] * 4, ONES + [2.0] * 4),
     ),
     Ellipsoid: (Ellipsoid(ORIGIN, [1.0, 0.5, 2.0]), Ellipsoid(ORIGIN, ONES)),

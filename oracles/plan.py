@@ -18,8 +18,9 @@ from oracles.ledger.replay import to_replay
 from oracles.scene import Cell
 from oracles.tasks import BulkTask, HuntTask, RelateTask, ReplayTask, Task
 
-FIRST_PASS, LARGEST_PASS = 6, 100
-"""Scenes of each regime and pair in the first pass and in the largest."""
+FIRST_PASS, LARGEST_PASS = 1, 100
+"""Scenes of each regime and pair in the first pass and in the largest: the first is to see every cell and regime once,
+and to leave time for all hunters."""
 HUNT_EVERY = 3
 """A hunt costs as much as several tasks of the bulk hunter, who finds most: it comes after so many of them."""
 

@@ -11,6 +11,7 @@ from collections import Counter
 from fractions import Fraction
 from typing import Any
 
+from oracles.accuracy import ABSOLUTE, RELATIVE, CellKey, Extreme, ExtremeKey
 from oracles.impact_judge import broken_by
 from oracles.outcome import Finding, Kind, Outcome, Related, Severity, Verdict
 from oracles.scene import Scene
@@ -27,7 +28,7 @@ MOST = 1 << 62
 
 
 def outcome_to_json(outcome: Outcome) -> dict[str, Any]:
-    """Everything but the sheets, which are recorded as rows."""
+    """Everything but the sheets, which are recorded as rows, and what is proven of extremes."""
     return {
         "digest": outcome.digest,
         "counts": [[*key[:4], key[4].value, n] for key, n in outcome.counts.items()],
@@ -38,6 +39,8 @@ def outcome_to_json(outcome: Outcome) -> dict[str, Any]:
         "problems": outcome.problems,
         "incidents": dict(outcome.incidents),
         "lacking": sorted(outcome.lacking),
+        "extremes": [[*key, extreme.error, extreme.scene.to_json()] for key, extreme in outcome.extremes.items()],
+        "efforts": [[*cell, *effort] for cell, effort in outcome.efforts.items()],
         "findings": [finding_to_json(finding) for finding in outcome.findings],
     }
 
@@ -63,6 +66,8 @@ def outcome_from_json(data: Any) -> Outcome:
             problems=[_text(line) for line in data["problems"]],
             incidents=Counter({_text(line): _count(n) for line, n in data["incidents"].items()}),
             lacking=set(_texts(data["lacking"])),
+            extremes={_extreme_key(entry): _extreme(entry) for entry in data["extremes"]},
+            efforts={_cell_key(entry): (_count(entry[3]), _length(entry[4])) for entry in data["efforts"]},
             digest=_text(data["digest"]),
         )
     except (LookupError, TypeError, AttributeError, OverflowError) as error:
@@ -73,6 +78,28 @@ def _counted_key(entry: Any) -> tuple[str, str, str, str, int | None, str]:
     engine, query, pair, symptom, regime = _texts([*entry[:4], entry[5]])
     decade = None if entry[4] is None else int(entry[4])
     return engine, query, pair, symptom, decade, regime
+
+
+def _cell_key(entry: Any) -> CellKey:
+    engine, query, pair = _texts(entry[:3])
+    return engine, query, pair
+
+
+def _extreme_key(entry: Any) -> ExtremeKey:
+    if entry[3] not in (ABSOLUTE, RELATIVE):
+        raise ValueError(f"not a measure: {entry[3]!r:.50}")
+    return *_cell_key(entry), entry[3]
+
+
+def _extreme(entry: Any) -> Extreme:
+    return Extreme(Scene.from_json(entry[5]), _length(entry[4]))
+
+
+def _length(value: Any) -> float:
+    number = float(value)
+    if not number >= 0:
+        raise ValueError(f"not a length or time: {value!r:.50}")
+    return number
 
 
 def _text(value: Any) -> str:

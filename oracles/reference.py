@@ -94,6 +94,13 @@ def kept(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
     return np.where(wanted, known.low, 0.0), np.where(wanted, known.high, 0.0)
 
 
+def gaps(x: Proxy, y: Proxy, wanted: Bools) -> Array:
+    """Signed distances of the rows that are wanted, NaN of others; of overlapping unions the one with a way out."""
+    if not wanted.any():
+        return np.full(len(wanted), np.nan)
+    return np.where(wanted, kept(x, y, wanted)[0], np.nan)
+
+
 @kept_by_rows
 def kept_shape(rows: Array, kind: Kind) -> Proxy:
     """The batch of these rows: the very same each time they are asked for, with all that was derived of it."""

@@ -69,6 +69,9 @@ class Bench(Protocol):
     ) -> Answers:
         """Have a batch answered."""
 
+    def renew(self) -> None:
+        """Have the engine forget what it was asked before."""
+
 
 @dataclass
 class Relations:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oracles.adapters import effective_of
-from oracles.claims import Questioned
+from oracles.claims import LENGTH, UNIT_ERROR, Questioned
 from oracles.engine import Answers, Bound, Convention, Effective, Engine, Status
 from oracles.reference import error_of, kept_shape
 from oracles.scene import Cell
@@ -30,6 +30,8 @@ class Rules:
 
     def allowed(self, cell: Cell, kind: str, size: Array) -> Array:
         """Error that is allowed for claims of a kind, in scenes of some size."""
+        if kind == LENGTH:
+            return np.full(np.shape(size), UNIT_ERROR)
         tolerance = self.engine.tolerance(cell.query, cell.type_a, cell.type_b)
         bound: Bound = getattr(tolerance, kind)
         return bound.at(size)

@@ -60,8 +60,10 @@ class Screening:
     pressure : (n,)
         Largest error of any claim relative to the tolerance for it: what steers the adversarial hunter.
     error : (n,)
-        By how much the value that was answered (signed distance, time of a hit as a way) is off, before any tolerance:
-        a length, of impacts a velocity; on the effective shapes, where these speak for the engine. NaN without a value.
+        By how much the value that was answered (signed distance, time of a ray's hit) is off at least, before any
+        tolerance: its distance from the reference's value, of a hit that from the surface, less what the reference may
+        err by. A length, of impacts a velocity; on the effective shapes, where these speak for the engine. NaN without
+        a value.
     """
 
     codes: NDArray[np.int8]
@@ -160,8 +162,8 @@ class Sides:
             certain[sides] = excess[sides] > allowed + doubt
             worst = np.maximum(below, above)
             np.maximum(pressure, worst / np.maximum(allowed, doubt + TINY), out=pressure)
-            if claim.measures:
-                np.fmax(error, np.where(claim.made, np.maximum(worst, 0.0), np.nan), out=error)
+            if claim.measures is not None:
+                np.fmax(error, claim.measured(worst, doubt), out=error)
         words = np.array([word for claim in claims for word in (claim.below, claim.above)], dtype=object)
         conventions = np.repeat(np.array([claim.by_convention for claim in claims], dtype=bool), 2)
         return cls(words, conventions, excess, violated, certain, pressure, error)

@@ -28,10 +28,17 @@ class Row(NamedTuple):
         Position of the verdict in `oracles.screening.KINDS`.
     amount
         Estimated violation of the gravest claim, as the floats have it.
-    error
+    pressure
         Largest error of any claim, relative to the tolerance for it.
+    error
+        By how much the value that was answered is off at least, as `oracles.screening.Screening` has it; NaN where
+        there is none.
     size
         Of the scene: its largest coordinate, extent or velocity.
+    gap
+        Signed distance of the two, of scenes at rest whose error is known; NaN of others.
+    aspect
+        Aspect ratio of the longer of the two.
     proven
         Whether the verdict is that of a certificate.
     """
@@ -42,8 +49,11 @@ class Row(NamedTuple):
     kind: int
     symptom: str
     amount: float
+    pressure: float
     error: float
     size: float
+    gap: float
+    aspect: float
     proven: bool
 
 
@@ -72,6 +82,7 @@ class Sheet:
         answers: Answers,
         screening: Screening,
         proven: NDArray[np.bool_],
+        gap: NDArray[np.float64],
     ) -> Sheet:
         """Record a batch with what the screening said of it, and what became of the suspects."""
         columns = {
@@ -81,8 +92,11 @@ class Sheet:
             "kind": screening.codes,
             "symptom": screening.symptom,
             "amount": screening.amount,
-            "error": screening.pressure,
+            "pressure": screening.pressure,
+            "error": screening.error,
             "size": batch.sizes,
+            "gap": gap,
+            "aspect": batch.aspects,
             "proven": proven,
         }
         return cls.of_columns(engine, cell, columns)
@@ -93,8 +107,9 @@ class Sheet:
         words = sorted({*columns["regime"], *columns["symptom"]})
         code = {word: i for i, word in enumerate(words)}
         packed = {name: np.array([code[word] for word in columns[name]], np.int16) for name in ("regime", "symptom")}
-        for name, kind in TYPES.items():
-            packed[name] = np.asarray(columns[name]).astype(kind)
+        with np.errstate(over="ignore"):
+            for name, kind in TYPES.items():
+                packed[name] = np.asarray(columns[name]).astype(kind)
         return cls(engine, cell.query, cell.pair, words, packed)
 
     def __len__(self) -> int:
@@ -108,8 +123,11 @@ TYPES: dict[str, type[np.generic]] = {
     "status": np.int8,
     "kind": np.int8,
     "amount": np.float64,
-    "error": np.float32,
-    "size": np.float32,
+    "pressure": np.float32,
+    "error": np.float64,
+    "size": np.float64,
+    "gap": np.float32,
+    "aspect": np.float32,
     "proven": np.bool_,
 }
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
-from oracles.placements import Draft
+from oracles.degeneracy import length_of
 from oracles.scene import Scene
 from oracles.solids import CUBE, TETRAHEDRON, block, wedge
 from refimpl import KDOP, Box, Composite, ConvexPolyhedron, Ellipsoid, Proxy, ShapeError, UnsupportedOperation
@@ -27,6 +27,10 @@ FORMED = (ConvexPolyhedron, Polyhedron, Composite)
 DECIMALS = (0, 1, 2, 3)
 STAYING = 3
 """How much likelier it is that a number stays than that it is made simpler."""
+JOINTLY = 100
+"""Scenes in which several numbers are made simpler together."""
+NUDGES, NUDGED = (1e-1, 1e-2, 1e-3), 4
+"""Steps by which a number is changed, relative to the larger body, and digits to which it then is rounded."""
 MOST_PARTS = 24
 """Vertices, planes, slabs or parts that are left out one by one."""
 
@@ -39,7 +43,7 @@ def simpler_numbers(x: float) -> list[float]:
     digits = [float(f"{x:.{k}e}") for k in DECIMALS]
     whole = float(np.round(x)) if abs(x) < 1e15 else x
     apart = x - whole
-    farther = [whole + 10.0 * apart, whole + 100.0 * apart] if 0 < abs(apart) < 1e-2 else []
+    farther = [whole + factor * apart for factor in (3.0, 10.0, 100.0)] if 0 < abs(apart) < 1e-2 else []
     return [y for y in dict.fromkeys([*signed, whole, *digits, *farther]) if y != x]
 
 
@@ -93,6 +97,33 @@ def several_changed(draw: st.DrawFn, scene: Scene) -> Scene:
         made.append(rebuilt(shape, row))
     assume(made[0] is not None and made[1] is not None)
     return next(with_sides(scene, *made))
+
+
+def jointly_simpler(scene: Scene) -> Iterator[Scene]:
+    """The scene with every other odd number simpler, as chance has it; always the same."""
+    random = np.random.Generator(np.random.Philox(np.random.SeedSequence([JOINTLY])))
+    rows = [(shape, shape.pack(), changeable(shape)) for shape in (scene.a, scene.b)]
+    for _ in range(JOINTLY):
+        made = []
+        for shape, row, mask in rows:
+            odd = mask & ~np.isin(row, list(PLAIN)) & (random.random(len(row)) < 0.5)
+            made.append(rebuilt(shape, np.where(odd, random.choice([0.0, 0.0, 1.0, -1.0, 0.5, 2.0], len(row)), row)))
+        yield from with_sides(scene, *made)
+
+
+def nudged(scene: Scene) -> Iterator[Scene]:
+    """The scene with one number a little larger or smaller: where a slight error begins, it may grow."""
+    length = length_of(scene)
+    for share in NUDGES:
+        for shape in (scene.a, scene.b):
+            row = shape.pack()
+            for i in np.flatnonzero(changeable(shape)):
+                for step in (share * length, -share * length):
+                    changed = row.copy()
+                    changed[i] = float(f"{row[i] + step:.{NUDGED}g}")
+                    made = rebuilt(shape, changed)
+                    a, b = (made, scene.b) if shape is scene.a else (scene.a, made)
+                    yield from with_sides(scene, a, b)
 
 
 # -- the whole scene -----------------------------------------------------------------------------------------
@@ -252,44 +283,4 @@ def _or_none(make: object) -> Proxy | None:
         found: Proxy = make()  # type: ignore[operator]
     except (ShapeError, ValueError):
         return None
-    return found
-
-
-# -- with the gap kept ---------------------------------------------------------------------------------------
-
-
-def form_of(shape: Proxy) -> tuple[object, ...]:
-    """What proxies have in common that may be in one batch."""
-    if isinstance(shape, Composite):
-        return tuple((type(part), form_of(part)) for part in shape.parts)
-    return (shape.solid.digest,) if isinstance(shape, Polyhedron) else shape.sizes
-
-
-def by_form(scenes: list[Scene]) -> list[list[Scene]]:
-    """Scenes that may be in one batch together."""
-    groups: dict[object, list[Scene]] = {}
-    for scene in scenes:
-        groups.setdefault((form_of(scene.a), form_of(scene.b)), []).append(scene)
-    return list(groups.values())
-
-
-def batch_of(shapes: list[Proxy]) -> Proxy:
-    """Proxies of one form as a batch."""
-    rows = np.stack([shape.pack() for shape in shapes])
-    first = shapes[0]
-    return first[None].rebuilt(rows) if isinstance(first, (Polyhedron, Composite)) else type(first).unpack(rows)
-
-
-def kept_apart(scenes: list[Scene], gaps: list[float]) -> list[Scene]:
-    """The scenes with B moved along the normal to each of the gaps, gap by gap."""
-    found: list[Scene] = []
-    for group in by_form(scenes):
-        every = [scene for _ in gaps for scene in group]
-        a, b = batch_of([scene.a for scene in every]), batch_of([scene.b for scene in every])
-        try:
-            with np.errstate(all="ignore"):
-                _, placed = Draft(a, b, np.repeat(gaps, len(group)), np.ones(len(every), dtype=bool)).settled()
-        except (ShapeError, ValueError):
-            continue
-        found += [replace(scene, b=placed[i]) for i, scene in enumerate(every)]
     return found

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -20,10 +20,10 @@ import duckdb
 from oracles.outcome import Outcome
 from oracles.records import outcome_from_json, outcome_to_json
 from oracles.screening import KINDS
-from oracles.sheets import joined
+from oracles.sheets import Sheet, joined
 from oracles.tasks import Task
 
-FORMAT = "proxyproof-record-1"
+FORMAT = "proxyproof-record-2"
 FOLDER = "answers"
 LARGEST_FILE, LARGEST_MANIFEST = 1 << 29, 1 << 20
 """Bytes of a file that is read back."""
@@ -43,11 +43,14 @@ class Store:
     ----------
     problems
         What was damaged, and whether the record had to end before the run.
+    samples
+        Files of the tasks that are done and whose answers are a sample of the regimes.
     """
 
     folder: Path
     problems: list[str] = field(default_factory=list)
     failed: bool = False
+    samples: list[Path] = field(default_factory=list)
     _recorded: dict[str, Path] = field(default_factory=dict)
 
     # -- beginning -------------------------------------------------------------------------------------------
@@ -98,22 +101,30 @@ class Store:
         if path is None:
             return None
         try:
-            return _read(path, task)
+            outcome = _read(path, task)
         except (ValueError, OSError, RecursionError, duckdb.Error) as error:
             reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
             self.problems.append(f"{FOLDER}/{path.name} is damaged ({reason}), and its task is done again")
             path.rename(path.with_name(path.name + ".damaged"))
             return None
+        self._count(path, task)
+        return outcome
 
-    def record(self, task: Task, outcome: Outcome) -> None:
-        """Write down what a task brought home; the first failure ends the record, not the run."""
+    def _count(self, path: Path, task: Task) -> None:
+        if task.samples:
+            self.samples.append(path)
+
+    def record(self, task: Task, outcome: Outcome) -> bool:
+        """Write down what a task brought home, if possible; the first failure ends the record, not the run."""
         if self.failed:
-            return
+            return False
         part = self.folder / FOLDER / f"{file_stem(task)}.part"
         try:
             _write(part, task, outcome)
             digest = sha256(part.read_bytes()).hexdigest()[:DIGITS]
-            os.replace(part, part.with_name(f"{file_stem(task)}.{digest}.parquet"))
+            path = part.with_name(f"{file_stem(task)}.{digest}.parquet")
+            os.replace(part, path)
+            self._count(path, task)
         except (OSError, duckdb.Error) as error:
             self.failed = True
             reason = getattr(error, "strerror", None) or str(error).splitlines()[0][:300]
@@ -121,6 +132,7 @@ class Store:
         finally:
             if self.failed:
                 part.unlink(missing_ok=True)
+        return not self.failed
 
 
 def file_stem(task: Task) -> str:
@@ -165,19 +177,26 @@ def _differences(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
 
 SELECT = """
 SELECT $words[engine + 1] AS engine, $words[query + 1] AS query, $words[pair + 1] AS pair, $words[regime + 1] AS regime,
-       number, status, $kinds[kind + 1] AS verdict, $words[symptom + 1] AS symptom, amount, error, size, proven
+       number, status, $kinds[kind + 1] AS verdict, $words[symptom + 1] AS symptom, amount, pressure,
+       CASE WHEN NOT isnan(error) THEN error END AS error, size, CASE WHEN NOT isnan(gap) THEN gap END AS gap, aspect,
+       proven
 FROM answers
 """
 
 
+def answers_of(database: duckdb.DuckDBPyConnection, sheets: Sequence[Sheet]) -> tuple[str, dict[str, Any]]:
+    """Query, with what it is to be given, for all rows of some sheets; what is not known is NULL."""
+    words, answers = joined(sheets)
+    database.register("answers", answers)
+    return SELECT, {"words": words, "kinds": [kind.value for kind in KINDS]}
+
+
 def _write(path: Path, task: Task, outcome: Outcome) -> None:
-    words, answers = joined(outcome.sheets)
     said = json.dumps({"format": FORMAT, "task": task.name, **outcome_to_json(outcome)})
-    given = {"words": words, "kinds": [kind.value for kind in KINDS], "path": str(path), "outcome": said}
     options = "FORMAT parquet, COMPRESSION zstd, KV_METADATA {outcome: $outcome}"
     with duckdb.connect(config={"threads": 1}) as database:
-        database.register("answers", answers)
-        database.execute(f"COPY ({SELECT}) TO $path ({options})", given)
+        select, given = answers_of(database, outcome.sheets)
+        database.execute(f"COPY ({select}) TO $path ({options})", given | {"path": str(path), "outcome": said})
 
 
 def _read(path: Path, task: Task) -> Outcome:

@@ -11,17 +11,20 @@ from collections import Counter
 from dataclasses import dataclass
 from hashlib import sha256
 from threading import Lock, Thread
+from typing import ClassVar
 
+from oracles.accuracy import Extreme, ExtremeKey
 from oracles.adapters import UnsoundAdapter
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, close_workshop, workshop
 from oracles.bulk import bulk
 from oracles.clock import timed, watch
 from oracles.hunt import hunting
+from oracles.judges import finding_of
 from oracles.ledger.replay import Replayed, replay
 from oracles.ledger.witness import Witness
 from oracles.library import using
-from oracles.outcome import Finding, Outcome
+from oracles.outcome import Finding, Kind, Outcome, Verdict
 from oracles.relating import relating
 from oracles.scene import Cell
 from oracles.shrink import shrink_all
@@ -29,6 +32,11 @@ from oracles.shrink import shrink_all
 
 class Task(ABC):
     """A piece of work; equal tasks have equal outcomes, but for the time they take."""
+
+    samples: ClassVar[bool] = False
+    """Whether its answers are a sample of the regimes, and not of where a search has led."""
+    recorded: ClassVar[bool] = True
+    """Whether its outcome is part of a record, or had again by doing it again."""
 
     @property
     @abstractmethod
@@ -44,6 +52,7 @@ class Task(ABC):
 class BulkTask(Task):
     """Scenes of every regime of one pair, before every engine that answers it; with an audit of the reference."""
 
+    samples = True
     pair: PairKey
     number: int
     each: int
@@ -113,6 +122,41 @@ class ShrinkTask(Task):
         """Shrink; the outcome's findings are those of the task, in their order."""
         with timed("shrinking"):
             return Outcome(findings=shrink_all(self.findings, shop.bench(self.findings[0].engine)))
+
+
+@dataclass(frozen=True)
+class CertifyTask(Task):
+    """The worst errors of one pair, each to be proven: the engine is asked again, and a certificate takes its measure.
+
+    What is proven is not read from a record, so that nobody has to be believed.
+    """
+
+    recorded = False
+    extremes: tuple[tuple[ExtremeKey, Extreme], ...]
+
+    @property
+    def name(self) -> str:
+        """The pair, and the scenes."""
+        pair = self.extremes[0][0][2].replace("–", "-")
+        every = "".join(f"{key} {extreme.scene.id}" for key, extreme in self.extremes)
+        return f"certify-{pair}-{sha256(every.encode()).hexdigest()[:12]}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Ask and prove."""
+        outcome = Outcome()
+        verdicts: dict[tuple[str, str], Verdict] = {}
+        for key, extreme in self.extremes:
+            bench, scene = shop.bench(key[0]), extreme.scene
+            about = bench.name, scene.id  # the worst absolute error often is the worst relative one too
+            if about not in verdicts:
+                answers = bench.ask(scene)
+                with timed("proofs"):
+                    verdicts[about] = bench.judges.proven_error(scene, answers)
+                if verdicts[about].kind is Kind.REFERENCE_WRONG:
+                    outcome.findings.append(finding_of(bench.name, scene, answers, verdicts[about]))
+            if verdicts[about].kind is Kind.AGREES:
+                outcome.certified[key] = Extreme(scene, verdicts[about].amount).amount(key[3])
+        return outcome
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,9 @@ class EngineWorker:
     ----------
     incidents : Counter of str
         What happened to the engine's process besides what each scene's text tells, in sentences, and how often.
+    effort : (int, float)
+        How many scenes of the last batch were asked to the end, and the seconds of processor time that the engine and
+        its adapter took for them: all that guards them is left out.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class EngineWorker:
                 raise ValueError(f"{name} must be a positive number, got {value!r}")
         self.engine_spec = engine_spec
         self.incidents: Counter[str] = Counter()
+        self.effort = (0, 0.0)
         self._job: Job | None = None
         self._renewed = False
         self._guarded = Guarded(engine_spec, Limits(call_limit, memory_limit, start_limit))
@@ -159,6 +163,7 @@ class EngineWorker:
     def _answers(self, job: Job) -> Answers:
         """Read the board; an answer that says less than the engine promised is none."""
         board = self._guarded.board
+        self.effort = int(board.asked[0]), float(board.spent[0]) * 1e-9
         status, table, texts = board.results()
         for i, text in faults(job.query, board.promised(), table).items():
             if status[i] == Status.ANSWERED:

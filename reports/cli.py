@@ -1,8 +1,8 @@
-"""The command line: ``proxyproof run``, ``table``, ``bounces``, ``models`` and ``hunt-mutants``.
+"""The command line: ``proxyproof run``, what looks at a run again (``show``, ``replay``, ``check`` ...), and more.
 
-Exit status: 0 finished and as the ledger expects, 1 incomplete or not as expected, 2 bad input (one line on standard
-error), 3 the reference was proven wrong, 130 interrupted. Commands import what they need when they run, so that help
-and the table need no engine.
+Exit status: 0 as it should be, 1 not so (each command says what that is), 2 bad input (one line on standard error),
+3 the reference was proven wrong, 130 interrupted. Commands import what they need when they run, so that help and the
+table need no engine.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from reports import options, running, text
+from reports import accuracy_command, checking, comparing, options, replaying, running, showing, text
 from reports.options import BadInput
 from reports.running import BAD_INPUT, FINISHED, INTERRUPTED
 
@@ -88,7 +88,10 @@ def start(
         print(context.get_help())
 
 
-app.command()(running.run)
+OWN = (running.run, showing.show, replaying.replay, checking.check, comparing.diff, accuracy_command.accuracy)
+"""Commands that stand in files of their own."""
+for own in OWN:
+    app.command()(own)
 
 
 @app.command()
@@ -99,6 +102,15 @@ def table(
     from reports import vs  # noqa: PLC0415
 
     print(vs.as_markdown() if markdown else vs.as_text(), end="")
+    return FINISHED
+
+
+@app.command()
+def schema() -> int:
+    """Print the JSON Schema of `report.json`."""
+    from reports.summary import schema as text_of  # noqa: PLC0415
+
+    print(text_of(), end="")
     return FINISHED
 
 

@@ -16,12 +16,6 @@ TITLE = "proxyproof: discrepancy report"
 MOST_MODEL_LINES = 12
 """Lines on models that a report shows."""
 
-LONGEST_SCRIPT = 6000
-"""Characters of a script that a page shows; its file has it whole."""
-
-MOST_SCRIPTS = 100
-"""Buckets, the worst first, whose scripts a page shows; of the others it names the file."""
-
 WORDS = (
     ("signed distance σ", "the gap when positive, 0 when touching, minus the penetration depth when negative"),
     ("depth of unions", "of a Composite or Polyhedron: the length of the shortest translation of B that separates"),
@@ -80,6 +74,7 @@ class Content:
     matrices: tuple[Table, ...]
     index: Table
     ledger: Table
+    buckets: tuple[BucketView, ...]
     groups: tuple[Group, ...]
     regimes: Table
     coverage: tuple[Table, ...]
@@ -103,8 +98,9 @@ def content(run: Run) -> Content:
         summary=tables.summary(run),
         overviews=matrix.overviews(run),
         matrices=matrix.matrices(run, links),
-        index=findings.index(views, run),
+        index=findings.index(views),
         ledger=ledger.table(run),
+        buckets=tuple(views),
         groups=groups,
         regimes=tables.regime_table(run),
         coverage=tables.coverage(run),
@@ -123,7 +119,14 @@ def _models(run: Run) -> str:
     """Where real geometry came from, and the first files that could not be used."""
     said = [text.visible(line) for line in run.models[:MOST_MODEL_LINES]]
     more = len(run.models) - len(said)
-    return "; ".join([*said, f"and {text.count(more)} more: run.json has them all"] if more > 0 else said) or "none"
+    return "; ".join([*said, f"and {text.count(more)} more: report.json has them all"] if more > 0 else said) or "none"
+
+
+def _asked(run: Run) -> str:
+    """How much work was asked for."""
+    if run.passes is None:
+        return f"of a budget of {text.seconds(run.budget)}"
+    return f"for {text.plural(run.passes, 'pass', 'passes')} over all cells"
 
 
 def what_ran(run: Run) -> list[tuple[str, str]]:
@@ -140,7 +143,7 @@ def what_ran(run: Run) -> list[tuple[str, str]]:
         ("versions", versions),
         ("models", _models(run)),
         ("started", text.visible(run.started)),
-        ("time", f"{text.seconds(run.seconds)} of a budget of {text.seconds(run.budget)}"),
+        ("time", f"{text.seconds(run.seconds)} {_asked(run)}"),
         ("seed", str(run.seed)),
         ("digest of every answer", run.digest or "none"),
         *([("from an earlier record", text.plural(run.recalled, "task"))] if run.recalled else []),

@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 from oracles.motion import Motion
 from oracles.outcome import COMPARED, Bucket, Finding, Kind, Run, Verdict
@@ -15,12 +16,16 @@ from refimpl import Ray
 from refimpl.proof.claims import Bound
 from refimpl.proof.impacts import ImpactCertificate
 from reports import ledger, shapes, text
+from reports.ledger import History, history
 from reports.proofs import Proof, proof_view
 from reports.relations import related_facts
+from reports.story import fact, story
 from reports.tables import CellKey, Column, Entry, Table, engines, grouped, total
 
 NAME_LENGTH = 80
 MOST_WARNINGS = 12
+KINDER = "On the shapes that "
+"""With this begins what the judge adds on the shapes that an engine effectively uses."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,14 @@ class BucketView:
     about
         The two proxies that the certificate speaks of, where the answer is refuted on others than the scene's own:
         a witness against its shape, a proxy moved along the engine's normal.
+    id
+        The same in every run that has the bucket.
+    fact, story
+        A sentence, and two: what the engine says and what is true; how often, and whether it is known.
+    amount
+        Proven error of the scene shown, 0 where it is not one of a size.
+    history
+        What the ledger knows of it; None when it is new.
     file
         Path of the repro script within the report's folder.
     repro
@@ -39,11 +52,16 @@ class BucketView:
     """
 
     number: int
+    id: str
     cell: CellKey
     title: str
+    fact: str
     story: str
     severity: str
+    amount: float
+    count: int
     state: str
+    history: History | None
     facts: tuple[tuple[str, str], ...]
     scene: tuple[tuple[str, str], ...]
     answers: Table
@@ -56,12 +74,31 @@ class BucketView:
     @property
     def anchor(self) -> str:
         """Anchor of the bucket within the report."""
-        return f"bucket-{self.number}"
+        return f"b-{self.id}"
+
+    @property
+    def amount_text(self) -> str:
+        """The proven error in short, or a dash."""
+        return f"≥ {text.short(self.amount)}" if self.amount else "–"
+
+    @property
+    def issue(self) -> str:
+        """Path of the issue's text within the report's folder."""
+        return f"issues/{PurePosixPath(self.file).stem}.md"
+
+    @property
+    def picture(self) -> str:
+        """Path of the picture within the report's folder."""
+        return f"pictures/{PurePosixPath(self.file).stem}.svg"
 
 
 def bucket_views(run: Run) -> list[BucketView]:
     """All buckets in the order of the run, numbered from 1."""
-    return [_view(number, bucket) for number, bucket in enumerate(run.buckets, 1)]
+    notes = {(note.engine, note.name): history(note) for note in run.ledger}
+    return [
+        _view(number, bucket, notes.get((bucket.engine, bucket.entry or "")))
+        for number, bucket in enumerate(run.buckets, 1)
+    ]
 
 
 def by_cell(views: list[BucketView]) -> dict[CellKey, list[BucketView]]:
@@ -78,42 +115,38 @@ def repro_file(number: int, bucket: Bucket) -> str:
     return f"repro/{number:03d}-{'-'.join(words)[:NAME_LENGTH].strip('-') or 'bucket'}.py"
 
 
-def _view(number: int, bucket: Bucket) -> BucketView:
+def _view(number: int, bucket: Bucket, known: History | None) -> BucketView:
     finding, verdict = bucket.witness, bucket.witness.verdict
     return BucketView(
         number=number,
+        id=bucket.id,
         cell=(bucket.engine, bucket.query, bucket.pair),
         title=text.visible(bucket.key),
-        story=text.visible(verdict.claim or _untold(finding), limit=1000),
+        fact=fact(finding),
+        story=story(bucket),
         severity=text.visible(verdict.severity.value if verdict.severity else verdict.kind.value),
+        amount=verdict.amount if _has_amount(verdict) else 0.0,
+        count=bucket.count,
         state=bucket.state.value,
+        history=known,
         facts=tuple(_facts(bucket)),
-        scene=(*_proxies(finding.scene), *related_facts(finding)),
+        scene=(*proxies(finding.scene), *related_facts(finding)),
         answers=_answers(finding),
         error=text.block(finding.text) if finding.text else "",
-        about=_proxies(_proven_on(finding)) if _proven_on(finding) is not finding.scene else (),
-        proof=_proof(finding, number),
+        about=proxies(_proven_on(finding)) if _proven_on(finding) is not finding.scene else (),
+        proof=_proof(finding),
         file=repro_file(number, bucket),
         repro=_script(bucket),
     )
 
 
 def _script(bucket: Bucket) -> str:
-    """The repro script, headed by what it is about and what is true."""
-    if not bucket.repro:
-        return ""
-    finding = bucket.witness
-    lines = [bucket.key, *(f"{label} = {words}" for label, words in _proxies(finding.scene)[:2])]
-    lines.append(finding.verdict.claim or _untold(finding))
-    if finding.verdict.kind is Kind.TIMED_OUT:
-        lines.append("This script does not return: the engine has no time limit of its own.")
-    return "".join(f"# {text.visible(line, limit=1000)}\n" for line in lines) + bucket.repro
-
-
-def _untold(finding: Finding) -> str:
-    verdict = finding.verdict
-    ends = {Kind.CRASHED: "crashed on", Kind.TIMED_OUT: "did not return in time on"}
-    return f"{finding.engine} {ends.get(verdict.kind, 'is wrong on')} this scene"
+    """The repro script, headed by the bucket that it is of; a first line for the shell stays the first."""
+    first, newline, rest = bucket.repro.partition("\n")
+    line = f"# {text.visible(bucket.key, limit=1000)}\n"
+    if first.startswith("#!"):
+        return f"{first}{newline}{line}{rest}"
+    return line + bucket.repro if bucket.repro else ""
 
 
 def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:
@@ -121,6 +154,9 @@ def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:
     yield "severity", text.visible(verdict.severity.value if verdict.severity else verdict.kind.value)
     if _has_amount(verdict):
         yield "proven wrong by at least", text.number(verdict.amount)
+    _, kinder, more = verdict.claim.partition(KINDER)
+    if kinder:
+        yield "at its best", text.visible(f"{kinder}{more}", limit=1000)
     about = _proven_on(finding)
     named = (
         ""
@@ -136,15 +172,14 @@ def _facts(bucket: Bucket) -> Iterator[tuple[str, str]]:
     yield "ledger", _listed(bucket)
     for name, shape in (("A", scene.a), ("B", scene.b)):
         if not shapes.is_whole(shape):
-            yield f"numbers of {name}", f"{text.count(shape.pack().size)}: run.json has them all"
+            yield f"numbers of {name}", f"{text.count(shape.pack().size)}: report.json has them all"
     yield "scene", " · ".join(filter(None, (scene.id, text.visible(scene.regime), text.visible(scene.source))))
 
 
 def _listed(bucket: Bucket) -> str:
     """State of a bucket, and the entry of the ledger that explains it."""
-    if bucket.entry is None:
-        return f"{bucket.state.value}: no entry explains it"
-    return f"{bucket.state.value}: {text.visible(bucket.entry)}. {text.visible(bucket.cause, limit=4000)}"
+    known = f"{text.visible(bucket.entry)}" if bucket.entry is not None else "no entry explains it"
+    return f"{bucket.state.value}: {known}"
 
 
 def _has_amount(verdict: Verdict) -> bool:
@@ -174,7 +209,8 @@ def interval(scene: Scene, lower: Bound, upper: Bound) -> str:
     return f"{text.number(lower)} ≤ {symbol} ≤ {text.number(upper)} ({name}; width {text.short(upper - lower)})"
 
 
-def _proxies(scene: Scene) -> tuple[tuple[str, str], ...]:
+def proxies(scene: Scene) -> tuple[tuple[str, str], ...]:
+    """Both proxies of a scene, and of an impact how they move."""
     found = ("A", shapes.in_words(scene.a)), ("B", shapes.in_words(scene.b))
     return found if scene.motion is None else (*found, *motion_in_words(scene.motion))
 
@@ -196,36 +232,34 @@ def _answers(finding: Finding) -> Table:
     names = dict.fromkeys([*finding.reference, *finding.answer])
     rows = []
     for name in names:
-        said = [_value(name, a[name]) if name in a else "not said" for a in (finding.answer, finding.reference)]
+        said = [value(name, a[name]) if name in a else "not said" for a in (finding.answer, finding.reference)]
         rows.append((Entry(text.visible(name)), *map(Entry, said)))
     columns = (Column("answer"), Column(text.visible(finding.engine)), Column("refimpl"))
     return Table("Both answers", columns, tuple(rows))
 
 
-def _value(name: str, value: object) -> str:
+def value(name: str, said: object) -> str:
     """Engines answer a hit with 1 or 0, as a bool or a double; anything else is shown as it is."""
-    if name == "hit" and isinstance(value, int | float) and value in (0, 1):
-        return "yes" if value else "no"
-    return text.full(value)
+    if name == "hit" and isinstance(said, int | float) and said in (0, 1):
+        return "yes" if said else "no"
+    return text.full(said)
 
 
-def _proof(finding: Finding, number: int) -> Proof | None:
+def _proof(finding: Finding) -> Proof | None:
     certificate = finding.verdict.certificate
     if certificate is None:
         return None
     verdict = finding.verdict
     about = verdict if isinstance(certificate, ImpactCertificate) else certificate
-    return proof_view(certificate, interval(_proven_on(finding), about.lower, about.upper), number)
+    return proof_view(certificate, interval(_proven_on(finding), about.lower, about.upper))
 
 
-def index(views: list[BucketView], run: Run) -> Table:
+def index(views: list[BucketView]) -> Table:
     """One row per bucket: what is new first, then the worst."""
     rows = []
-    for view, bucket in zip(views, run.buckets, strict=True):
-        verdict = bucket.witness.verdict
-        amount = f"≥ {text.short(verdict.amount)}" if _has_amount(verdict) else "–"
+    for view in views:
         number = Entry(str(view.number), link=view.anchor)
-        rest = (view.title, view.severity, amount, text.count(bucket.count), view.state)
+        rest = (view.title, view.severity, view.amount_text, text.count(view.count), view.state)
         rows.append((number, *map(Entry, rest)))
     names = (
         ("#", True),
@@ -263,4 +297,4 @@ def warnings(run: Run) -> list[str]:
     told = [*run.problems, *(f"{what} ({text.plural(n, 'time')})" for what, n in run.incidents.most_common())]
     found += [text.visible(problem, limit=1000) for problem in told[:MOST_WARNINGS]]
     more = len(told) - MOST_WARNINGS
-    return [*found, f"… and {text.count(more)} more such problems: run.json has them all."] if more > 0 else found
+    return [*found, f"… and {text.count(more)} more such problems: report.json has them all."] if more > 0 else found

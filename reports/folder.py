@@ -1,4 +1,4 @@
-"""The report's folder: `index.html`, `report.md`, `run.json`, and `repro/` with a script per bucket."""
+"""The report's folder: each form of the report, and below it scripts and issue texts, one for each bucket."""
 
 from __future__ import annotations
 
@@ -6,14 +6,20 @@ import json
 import os
 import re
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 from oracles.outcome import Run
-from reports import html, markdown
+from reports import html, issues, junit, markdown, sarif, viewer
+from reports.accuracy_data import as_csv
 from reports.findings import bucket_views
-from reports.summary import run_json
+from reports.summary import SCHEMA, report_json, schema
 
-OWN_SCRIPT = re.compile(r"repro/\d{3,}-[A-Za-z0-9-]+\.py")
+BELOW = {"repro": "py", "issues": "md", "pictures": "svg"}
+"""Folders with a file for each bucket, and how those end."""
+
+OWN = re.compile(r"\d{3,}-[A-Za-z0-9-]+\.")
+"""What their names begin with."""
 
 
 class FolderError(Exception):
@@ -30,13 +36,14 @@ def prepare(folder: Path) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise FolderError(f"{str(folder)!r} is a file: name a folder with --out")
-    if (folder / "index.html").exists() and not (folder / "run.json").exists():
+    if (folder / "index.html").exists() and not (folder / "report.json").exists():
         raise FolderError(
             f"{str(folder)!r} holds an index.html that is no report of ours: name another folder with --out"
         )
     try:
-        (folder / "repro").mkdir(parents=True, exist_ok=True)
-        for place in (folder, folder / "repro"):
+        for name in BELOW:
+            (folder / name).mkdir(parents=True, exist_ok=True)
+        for place in (folder, *(folder / name for name in BELOW)):
             with tempfile.TemporaryFile(dir=place):
                 pass
     except OSError as error:
@@ -53,15 +60,28 @@ def write(run: Run, folder: Path) -> None:
     """
     prepare(folder)
     try:
-        _remove_old_scripts(folder)
-        for view in bucket_views(run):
-            if view.repro:
-                _replace(folder / view.file, view.repro)
-        _replace(folder / "run.json", run_json(run))
-        _replace(folder / "report.md", markdown.render(run))
-        _replace(folder / "index.html", html.render(run))
+        _remove_old(folder)
+        for name, content in contents(run):
+            _replace(folder / name, content)
     except OSError as error:
         raise FolderError(_refused(folder, error)) from None
+
+
+def contents(run: Run) -> Iterator[tuple[str, str]]:
+    """Each file of the report: its path within the folder, and its text."""
+    views = bucket_views(run)
+    for bucket, view, issue in zip(run.buckets, views, issues.issues(run, views), strict=True):
+        if view.repro:
+            yield view.file, view.repro
+        yield view.issue, issue
+        yield view.picture, viewer.picture(bucket)
+    yield "report.json", report_json(run)
+    yield "accuracy.csv", as_csv(run)
+    yield SCHEMA, schema()
+    yield "junit.xml", junit.render(run, views)
+    yield "report.sarif", sarif.render(run, views)
+    yield "report.md", markdown.render(run, beside=True)
+    yield "index.html", html.render(run)
 
 
 def _refused(folder: Path, error: OSError) -> str:
@@ -75,13 +95,14 @@ def _replace(path: Path, content: str) -> None:
     os.replace(beside, path)
 
 
-def _remove_old_scripts(folder: Path) -> None:
-    """Remove the scripts that the last report in this folder lists, and no file that is not ours."""
+def _remove_old(folder: Path) -> None:
+    """Remove what the last report in this folder has for each bucket, and no file that is not ours."""
     try:
-        old = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-        listed = [bucket["repro"] for bucket in old["buckets"]]
-    except (OSError, ValueError, LookupError, TypeError):
+        old = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        listed = [Path(bucket["repro"]).stem for bucket in old["buckets"]]
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return
-    for name in listed:
-        if isinstance(name, str) and OWN_SCRIPT.fullmatch(name):
-            (folder / name).unlink(missing_ok=True)
+    for stem in listed:
+        for name, ending in BELOW.items():
+            if OWN.fullmatch(f"{stem}."):
+                (folder / name / f"{stem}.{ending}").unlink(missing_ok=True)

@@ -1,39 +1,69 @@
-"""`index.html`: the report as one file that needs no network and no script."""
+"""`index.html`: the report as one file that needs no network, and whose script only makes it handier."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from itertools import groupby, islice
+from base64 import b64encode
+from hashlib import sha256
+from itertools import groupby
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oracles.outcome import Run
-from reports import text
-from reports.content import LONGEST_SCRIPT, MOST_SCRIPTS, TITLE, WORDS, content
-from reports.tables import LEGEND, Entry, Table
+from oracles.scene import QUERIES
+from refimpl.pairs import PROBES, SOLIDS
+from reports import cells, ledger, overview, tables, text, viewer
+from reports.accuracy import NOTE, accuracy
+from reports.content import TITLE, WORDS, content
+from reports.plots import plots
+from reports.tables import LEGEND, Table
+
+MOST_NEW = 12
+"""New findings that the overview names; the rest is behind a link."""
+
+
+def render(run: Run) -> str:
+    """Return the report as HTML. The template engine escapes everything but our own style, script and pictures."""
+    environment = _environment()
+    named = [text.visible(engine) for engine in tables.engines(run)]
+    rows = cells.rows(run)
+    return environment.get_template("report.html.jinja").render(
+        report=content(run),
+        title=TITLE,
+        words=WORDS,
+        legend=LEGEND,
+        cards=overview.cards(run),
+        unsettled=overview.unsettled_entries(run),
+        spent=overview.spent(run),
+        most_new=MOST_NEW,
+        rows=rows,
+        places=cells.places(run, rows),
+        rare=cells.rare(run),
+        figures={bucket.id: viewer.figure(bucket) for bucket in run.buckets},
+        accuracy=accuracy(run),
+        accuracy_note=NOTE,
+        plots=plots(run),
+        engines=named,
+        types=[kind.__name__ for kind in (*PROBES, *SOLIDS)],
+        queries=QUERIES,
+        shows=cells.SHOWS,
+        style=_style(environment, len(named)),
+        script=_own(environment, "report.js") + viewer.script(),
+    )
+
+
+def page(template: str, **values: object) -> str:
+    """Return another page in the report's style, without a script."""
+    environment = _environment()
+    return environment.get_template(template).render(**values, style=_style(environment, 0))
 
 
 def column_groups(table: Table) -> list[tuple[str, int]]:
     """Headings above the headings: name and width of each run of columns that share one; empty without any."""
-    groups = [(name, len(list(columns))) for name, columns in groupby(table.columns, key=lambda c: c.group)]
+    groups = [(name, len(list(columns))) for name, columns in groupby(table.columns, key=lambda column: column.group)]
     return groups if any(name for name, _ in groups) else []
 
 
-def sections(table: Table) -> list[tuple[str, list[tuple[Entry, ...]]]]:
-    """Rows below their headings, the heading left out of their own; one section without heading, where there is none.
-
-    A row "Sphere–Box" below the heading "Sphere" is "Box": narrow enough for a phone.
-    """
-    rows, found = iter(table.rows), []
-    for heading, count in table.sections or (("", len(table.rows)),):
-        below = list(islice(rows, count))
-        names = (replace(row[0], text=row[0].text.removeprefix(f"{heading}–")) for row in below)
-        found.append((heading, [(name, *row[1:]) for name, row in zip(names, below, strict=True)]))
-    return found
-
-
-def render(run: Run) -> str:
-    """Return the report as HTML. Everything is escaped by the template engine, without exception."""
+def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("reports", "templates"),
         autoescape=True,
@@ -41,9 +71,28 @@ def render(run: Run) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["block"] = text.block
-    environment.globals.update(
-        column_groups=column_groups, sections=sections, longest_script=LONGEST_SCRIPT, most_scripts=MOST_SCRIPTS
-    )
-    template = environment.get_template("report.html.jinja")
-    return template.render(report=content(run), title=TITLE, words=WORDS, legend=LEGEND)
+    environment.globals |= {"column_groups": column_groups}
+    environment.filters |= {
+        "count": text.count,
+        "visible": text.visible,
+        "sha256": digest,
+        "ledger_anchor": ledger.anchor,
+        "is_address": ledger.is_address,
+    }
+    return environment
+
+
+def digest(code: str) -> str:
+    """Name of an inline style or script by which a content security policy lets it in, and nothing else."""
+    return f"sha256-{b64encode(sha256(code.encode()).digest()).decode()}"
+
+
+def _style(environment: Environment, engines: int) -> str:
+    """Return the style sheet, with a rule for each engine that may be the only one that is shown."""
+    only = (f".only-{i} .e:not(.e{i}) {{ display: none; }}\n" for i in range(engines))
+    return _own(environment, "report.css") + "".join(only) + viewer.style()
+
+
+def _own(environment: Environment, name: str) -> str:
+    assert environment.loader is not None
+    return environment.loader.get_source(environment, name)[0]

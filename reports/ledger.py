@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
+from hashlib import sha256
+
 from oracles.outcome import EntryNote, Run, State
 from reports import text
 from reports.tables import Column, Entry, Table
@@ -15,6 +19,60 @@ WORDS = {
 }
 COLOURS = {State.NEW: "wrong", State.CHANGED: "problem", State.STALE: "problem", State.UNMATCHED: "unsupported"}
 """States of the matrix whose colours these share."""
+
+ADDRESS = re.compile(r"https?://[A-Za-z0-9][\w.~/#?=&%+:@-]{3,300}", re.ASCII)
+"""What is taken for a link."""
+
+FIRST_SENTENCE = re.compile(r".{40,400}?[.](?=\s)|.{1,400}", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class History:
+    """What the ledger knows of a fault.
+
+    Attributes
+    ----------
+    anchor
+        Of the entry, within the report.
+    cause
+        First sentence of it.
+    since
+        When it was first recorded, and in which versions it is.
+    upstream
+        Reports of it.
+    """
+
+    entry: str
+    anchor: str
+    state: str
+    cause: str
+    since: str
+    upstream: tuple[str, ...]
+
+
+def history(note: EntryNote) -> History:
+    """What an entry of the ledger tells of the buckets that it explains."""
+    since = [f"first seen {note.first_seen}"] if note.first_seen else []
+    since += [f"in versions {note.versions}"] if note.versions else []
+    first = FIRST_SENTENCE.match(note.cause)
+    return History(
+        text.visible(note.name),
+        anchor(note),
+        note.state.value,
+        text.visible(first[0] if first else ""),
+        text.visible("; ".join(since)),
+        tuple(map(text.visible, note.upstream)),
+    )
+
+
+def is_address(words: str) -> bool:
+    """Whether foreign words are an address that a reader may follow, and nothing else."""
+    return ADDRESS.fullmatch(words) is not None
+
+
+def anchor(note: EntryNote) -> str:
+    """Anchor of an entry's row, the same in every report."""
+    return f"l-{sha256(f'{note.engine} {note.name}'.encode(errors='replace')).hexdigest()[:12]}"
 
 
 def table(run: Run) -> Table:
@@ -33,7 +91,7 @@ def table(run: Run) -> Table:
 def _row(note: EntryNote) -> tuple[Entry, ...]:
     failing = f"{len(note.holding)} of {note.witnesses} fail" if note.witnesses else "none"
     return (
-        Entry(f"{text.visible(note.engine)} · {text.visible(note.name)}"),
+        Entry(f"{text.visible(note.engine)} · {text.visible(note.name)}", anchor=anchor(note)),
         Entry(note.state.value, note=_note(note.why), state=COLOURS.get(note.state, "")),
         Entry(text.count(note.seen)),
         Entry(failing),

@@ -92,7 +92,7 @@ def _overview_entry(
 
 
 def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
-    """Pairs by engine and query, a section for each first type; rays, which have a query of their own, come last.
+    """Pairs by engine and query; rays, which have a query of their own, come last.
 
     Pairs that no engine was asked are left out, and counted in the caption.
 
@@ -117,12 +117,11 @@ def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
             for pair in pairs
         ]
         columns = (Column(query, group=text.visible(engine)) for engine, query in keys)
-        sections = tuple(Counter(pair.partition("–")[0] for pair in pairs).items())
         left_out = (
             f"; {text.plural(len(every) - len(pairs), 'other pair')} not asked" if len(pairs) < len(every) else ""
         )
         caption = f"Pairs by engine: {', '.join(asked)}{left_out}"
-        return Table(caption, (Column("pair"), *columns), tuple(rows), sections)
+        return Table(caption, (Column("pair"), *columns), tuple(rows))
 
     tables = map(table, sorted(set(queries.values()), key=lambda asked: QUERIES.index(asked[0])))
     return tuple(table for table in tables if table.rows)

@@ -6,7 +6,8 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,6 +61,17 @@ def place(option: str, what: str = "folder") -> Callable[[str], Path]:
         return Path(said)
 
     return parse
+
+
+@contextmanager
+def reading() -> Iterator[None]:
+    """Turn a file that cannot be read as a report into bad input."""
+    from reports.reading import NoReport  # noqa: PLC0415
+
+    try:
+        yield
+    except NoReport as error:
+        raise BadInput(str(error)) from None
 
 
 def library_of(folder: Path | None) -> Library:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from fractions import Fraction
@@ -24,17 +23,11 @@ from refimpl.proof import (
 from refimpl.proof.claims import Place, Simple, Tree
 from refimpl.proof.impacts import ImpactCertificate, Residuals
 from refimpl.proof.vectors import Vector
-from refimpl.proof.wire import certificate_to_json
 from reports import text
 
 MOST_CLAIMS = 12
 MOST_VERTICES = 8
 LONGEST_NUMBER = 24
-MOST_DATA = 100
-"""Buckets, the worst first, whose certificates a page shows."""
-
-LONGEST_DATA = 6000
-"""Characters of a certificate that a page shows; `run.json` has longer ones whole."""
 
 
 @dataclass(frozen=True)
@@ -47,36 +40,21 @@ class Proof:
         What the certificate proves.
     claims
         One sentence per claim.
-    data
-        The whole certificate as JSON, or where it is when it is too long to be read, or one of too many.
-    whole
-        Whether `data` is the certificate.
     """
 
     interval: str
     claims: tuple[str, ...]
-    data: str
-    whole: bool
 
 
-def proof_view(certificate: Certificate | ImpactCertificate, interval: str, number: int) -> Proof:
-    """Put a certificate into words; `number` is that of its bucket in `run.json`."""
+def proof_view(certificate: Certificate | ImpactCertificate, interval: str) -> Proof:
+    """Put a certificate into words."""
     if isinstance(certificate, ImpactCertificate):
         said = residuals_in_words(certificate.residuals)
     else:
         said = [claim_in_words(claim) for claim in certificate.claims[:MOST_CLAIMS]]
         if more := len(certificate.claims) - len(said):
             said.append(f"And {text.plural(more, 'more claim')} of such kinds.")
-    data = certificate_text(certificate)
-    if len(data) <= LONGEST_DATA and number <= MOST_DATA:
-        return Proof(interval, tuple(said), data, whole=True)
-    told = f"The certificate has {text.count(len(data))} characters: run.json has it, with bucket {number}."
-    return Proof(interval, tuple(said), told, whole=False)
-
-
-def certificate_text(certificate: Certificate | ImpactCertificate) -> str:
-    """The certificate as JSON."""
-    return json.dumps(text.plain(certificate_to_json(certificate), limit=1_000_000), ensure_ascii=False)
+    return Proof(interval, tuple(said))
 
 
 RESIDUALS = (

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 FINISHED, INCOMPLETE, BAD_INPUT, REFERENCE_WRONG, INTERRUPTED = 0, 1, 2, 3, 130
 BUDGET, SEED, CALL_LIMIT = 60.0, 0, 0.5
 OUT = Path("discrepancy-report")
+BESIDE = ("report.md", "report.json", "junit.xml", "report.sarif", "accuracy.csv", "repro/", "issues/", "pictures/")
 
 
 def run(
@@ -198,7 +199,7 @@ def _campaign(question: dict[str, Any], executor: Any, out: Path, *, resume: boo
     from oracles.interrupts import ignored, one_stop  # noqa: PLC0415
     from oracles.meshfiles import ModelError  # noqa: PLC0415
     from oracles.store import RecordError  # noqa: PLC0415
-    from reports import folder, terminal  # noqa: PLC0415
+    from reports import folder, step_summary, terminal  # noqa: PLC0415
 
     shown, progress = _consoles()
     try:
@@ -207,13 +208,15 @@ def _campaign(question: dict[str, Any], executor: Any, out: Path, *, resume: boo
             found = run_campaign(**question, listener=listener, executor=executor(), folder=out, resume=resume)
     except (folder.FolderError, EngineUnavailable, ModelError, RecordError, ClusterUnavailable) as error:
         raise BadInput(str(error)) from None
-    written = f"report: {text.visible(out / 'index.html')}, report.md, run.json and repro/"
+    written = f"report: {text.visible(out / 'index.html')}, and beside it {', '.join(BESIDE)}"
     with ignored():
         try:
             folder.write(found, out)
         except folder.FolderError as error:  # a full disk: what was found is shown all the same
             found.problems.append(f"the report is not written: {error}")
             written = ""
+        if failed := step_summary.append(found):
+            print(f"proxyproof: {text.visible(failed)}", file=sys.stderr)
     terminal.print_summary(found, shown)
     if written:
         print(written)

@@ -1,27 +1,4 @@
-"""A run as plain data: the file `run.json` next to the report.
-
-The format, `proxyproof-run-1`, is one JSON object:
-
-- ``format``, ``seed``, ``budget`` and ``seconds`` (both in seconds), ``started`` (UTC, ISO 8601), ``interrupted``
-- ``engines``: names; ``engine_versions``: of each, what the ledger goes by; ``versions``: package to version;
-  ``regimes``: name to why it exists
-- ``counts``: objects with ``engine, query, pair, regime, verdict, count``
-- ``relations``: objects with ``engine, relation, query, verdict, count``, pairs of scenes each
-- ``support``: objects with ``engine, query, pair, kind, reason``, kind being native, emulated or unsupported
-- ``problems``: sentences; ``incidents``: sentence on an engine's process to how often;
-  ``timing``: seconds by what they were spent on;
-  ``hunters``: scenes by hunter; ``digest``: of every answer; ``recalled``: tasks from an earlier record;
-  ``models``: what the regime `models` was made of, and each file that it could not use
-- ``ledger``: the entries of the ledger for these engines, as objects with ``engine, name, state, why, seen, witnesses,
-  holding, cause, upstream, file``: holding are those of its witnesses that still fail as it says
-- ``buckets``, what is new first, then the worst: objects with ``number, key, engine, query, pair, symptom, degeneracy,
-  decade, kind, severity, amount, worst, lower, upper, claim, count, proven, regimes, state, entry, scene, proof_scene,
-  answer, reference, text, certificate, related, repro``; ``related`` is null, or ``relation, scene, answer`` of a scene
-  whose answer contradicts that of ``scene``; ``repro`` is the script's path within the folder, ``entry`` names the
-  one that explains the bucket, a scene is ``query, a, b, regime, source, id`` with each
-  proxy's ``type`` and ``numbers`` as its `pack` gives them: in the constructor's order, after the sizes where a type
-  has no fixed one; of impacts also ``motion``, by name; and ``certificate`` is what `refimpl.proof.to_json` gives, or
-  `refimpl.proof.wire.impact_to_json`
+"""A run as plain data: the file `report.json`, whose format `report.schema.json` describes (`proxyproof schema`).
 
 Numbers are doubles that read back to the bit. JSON has none that are not finite: those are the strings "NaN",
 "Infinity" and "-Infinity". What is missing is null.
@@ -30,22 +7,26 @@ Numbers are doubles that read back to the bit. JSON has none that are not finite
 from __future__ import annotations
 
 import json
+from importlib.resources import files
 from typing import Any
 
 from oracles.outcome import Bucket, Run
 from oracles.scene import Scene
 from refimpl.proof.wire import certificate_to_json
 from reports import text
+from reports.accuracy_data import accuracy_data
 from reports.findings import repro_file
 
-FORMAT = "proxyproof-run-1"
+FORMAT = "proxyproof-report-1"
+SCHEMA = "report.schema.json"
+"""Name of the schema, in this package and in each report's folder."""
 
 UNCUT = 1_000_000
 """Longest text of the project's own, in characters; foreign texts are cut where the reports cut them."""
 
 
-def run_data(run: Run) -> dict[str, Any]:
-    """Return the run as data for `run.json`; the module's docstring describes it."""
+def report_data(run: Run) -> dict[str, Any]:
+    """Return the run as data for `report.json`; `schema` describes it."""
     counts = [
         {"engine": engine, "query": query, "pair": pair, "regime": regime, "verdict": kind.value, "count": n}
         for (engine, query, pair, regime, kind), n in sorted(run.counts.items())
@@ -59,6 +40,7 @@ def run_data(run: Run) -> dict[str, Any]:
         for (engine, query, pair), note in sorted(run.support.items())
     ]
     data = {
+        "$schema": SCHEMA,
         "format": FORMAT,
         **{name: getattr(run, name) for name in ("seed", "budget", "seconds", "started", "interrupted")},
         **{
@@ -69,19 +51,25 @@ def run_data(run: Run) -> dict[str, Any]:
         "counts": counts,
         "relations": relations,
         "support": support,
+        "accuracy": accuracy_data(run),
         "ledger": [dict(vars(note)) for note in run.ledger],
     }
     buckets = [_bucket(number, bucket) for number, bucket in enumerate(run.buckets, 1)]
     return {**text.plain(data), "buckets": buckets}
 
 
-def run_json(run: Run) -> str:
-    """Return the text of `run.json`: a line per entry, and per item of the lists."""
+def report_json(run: Run) -> str:
+    """Return the text of `report.json`: a line per entry, and per item of the lists."""
     lines = []
-    for name, value in run_data(run).items():
+    for name, value in report_data(run).items():
         items = [_dump(item) for item in value] if isinstance(value, list) else []
         lines.append(f"{_dump(name)}: " + ("[\n" + ",\n".join(items) + "\n]" if items else _dump(value)))
     return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def schema() -> str:
+    """Return the JSON Schema of `report.json`."""
+    return files("reports").joinpath(SCHEMA).read_text(encoding="utf-8")
 
 
 def _dump(value: Any) -> str:
@@ -102,11 +90,12 @@ def _bucket(number: int, bucket: Bucket) -> dict[str, Any]:
     said = {
         "key": bucket.key,
         **{name: getattr(bucket, name) for name in ("engine", "query", "pair", "symptom", "degeneracy", "decade")},
-        **{name: getattr(bucket, name) for name in ("count", "proven", "worst", "regimes", "state", "entry")},
+        **{name: getattr(bucket, name) for name in ("count", "proven", "worst", "regimes", "state", "entry", "cause")},
         **{name: getattr(verdict, name) for name in ("kind", "severity", "amount", "lower", "upper", "claim")},
         **{name: getattr(finding, name) for name in ("answer", "reference", "text")},
     }
-    return {"number": number, **text.plain(said), **text.plain(own, UNCUT), "repro": repro_file(number, bucket)}
+    named = {"number": number, "id": bucket.id}
+    return {**named, **text.plain(said), **text.plain(own, UNCUT), "repro": repro_file(number, bucket)}
 
 
 def _scene(scene: Scene) -> dict[str, Any]:

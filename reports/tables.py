@@ -77,19 +77,11 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of entries; the first entry of a row is the row's heading.
-
-    Attributes
-    ----------
-    sections
-        Headings, and how many of the rows stand below each; the rows' own headings, such as "Sphere–Box", start
-        with that of their section.
-    """
+    """Rows of entries; the first entry of a row is the row's heading."""
 
     caption: str
     columns: tuple[Column, ...]
     rows: tuple[tuple[Entry, ...], ...]
-    sections: tuple[tuple[str, int], ...] = ()
 
 
 def grouped(run: Run, *names: str) -> dict[tuple[str, ...], Counter[Kind]]:

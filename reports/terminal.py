@@ -30,7 +30,7 @@ STYLES = {
 SHOWN = (Kind.AGREES, Kind.CONVENTION, Kind.UNDECIDED, Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT)
 MOST_BUCKETS = 10
 DIGITS = 16
-"""Of the digest, enough to tell two runs apart; `run.json` has them all."""
+"""Of the digest, enough to tell two runs apart; `report.json` has them all."""
 REFRESH, PLAIN_EVERY = 0.2, 10.0
 """Seconds between two updates of a live display, and between two plain lines."""
 

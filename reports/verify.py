@@ -6,7 +6,6 @@ per gap, 2 when there is no report to check.
 
 from __future__ import annotations
 
-import json
 import math
 import re
 import sys
@@ -14,18 +13,20 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from oracles.outcome import COMPARED, Kind
 from oracles.records import certificate_from_json, proven_interval
 from oracles.scene import Scene
-from reports.summary import FORMAT
+from reports.reading import REPORT, NoReport, read_json, read_report
+from reports.sarif import FINGERPRINT
 from reports.tables import regimes_for
 
 SUPPORTED = ("native", "emulated")
 
 
-class NoReport(Exception):
-    """There is no report in the folder, or none of this format."""
+CUT = re.compile(r"^> \*\*Left out, to be short: (\d+) of (\d+) findings[.;]", re.MULTILINE)
+"""What `report.md` says when it had to be cut."""
 
 
 def completeness(folder: Path) -> list[str]:
@@ -34,25 +35,14 @@ def completeness(folder: Path) -> list[str]:
     Raises
     ------
     NoReport
-        When `run.json` is missing or is not of this format.
+        When `report.json` is missing, damaged or of another format.
     """
-    data = _read(folder / "run.json")
+    data = read_report(folder)
     try:
-        return [*_run(data), *_coverage(data), *_pages(folder, data), *_buckets(folder, data)]
+        found = [*_run(data), *_coverage(data), *_pages(folder, data), *_buckets(folder, data)]
+        return [*found, *_cases(folder, data), *_results(folder, data)]
     except (LookupError, TypeError, AttributeError) as error:
-        raise NoReport(f"{folder / 'run.json'} is damaged: {error!r}") from None
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise NoReport(f"cannot read {path}: {error.strerror}") from None
-    except ValueError as error:
-        raise NoReport(f"{path} is not JSON: {error}") from None
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise NoReport(f"{path} is not of the format {FORMAT}")
-    return data
+        raise NoReport(f"{folder / REPORT} is damaged: {error!r}") from None
 
 
 def _run(data: dict[str, Any]) -> Iterator[str]:
@@ -61,7 +51,7 @@ def _run(data: dict[str, Any]) -> Iterator[str]:
     yield from data["problems"]
     for name in ("engines", "versions", "regimes", "counts", "support", "timing"):
         if not data[name]:
-            yield f"run.json names no {name}"
+            yield f"report.json names no {name}"
 
 
 def _coverage(data: dict[str, Any]) -> Iterator[str]:
@@ -84,8 +74,8 @@ def _coverage(data: dict[str, Any]) -> Iterator[str]:
 
 
 def _pages(folder: Path, data: dict[str, Any]) -> Iterator[str]:
-    """Both pages must be there, to their end, with every bucket."""
-    ends = {"index.html": ("</html>", r'id="bucket-(\d+)"'), "report.md": ("", r"^#### (\d+)\\\. ")}
+    """Both pages must be there, to their end, with every bucket, or with the number of those that were cut."""
+    ends = {"index.html": ("</html>", r'<span class="no">(\d+)</span>'), "report.md": ("", r"^#### (\d+)\\\. ")}
     numbers = {bucket["number"] for bucket in data["buckets"]}
     for name, (end, heading) in ends.items():
         try:
@@ -96,14 +86,39 @@ def _pages(folder: Path, data: dict[str, Any]) -> Iterator[str]:
         if not page.strip().endswith(end) or not page.strip():
             yield f"{name} is empty or cut off"
         missing = numbers - {int(found) for found in re.findall(heading, page, re.MULTILINE)}
-        if missing:
+        cut = CUT.search(page)
+        if missing and not (cut and (int(cut[1]), int(cut[2])) == (len(missing), len(numbers))):
             yield f"{name} lacks the buckets {sorted(missing)}"
+
+
+def _cases(folder: Path, data: dict[str, Any]) -> Iterator[str]:
+    """`junit.xml` must have a case for each cell, and for each entry of the ledger."""
+    try:
+        root = ElementTree.parse(folder / "junit.xml").getroot()
+    except (OSError, ElementTree.ParseError) as error:
+        yield f"cannot read junit.xml: {error}"
+        return
+    wanted, cases = 1 + len(data["support"]) + len(data["ledger"]), len(root.findall("testsuite/testcase"))
+    if cases != wanted:
+        yield f"junit.xml has {cases} cases instead of {wanted}"
+
+
+def _results(folder: Path, data: dict[str, Any]) -> Iterator[str]:
+    """`report.sarif` must have a result for each bucket, with its id."""
+    try:
+        results = read_json(folder / "report.sarif")["runs"][0]["results"]
+    except NoReport as error:
+        yield str(error)
+        return
+    told = Counter(result["fingerprints"][FINGERPRINT] for result in results)
+    if told != Counter(bucket["id"] for bucket in data["buckets"]):
+        yield "report.sarif has other findings"
 
 
 def _buckets(folder: Path, data: dict[str, Any]) -> Iterator[str]:
     for bucket in data["buckets"]:
         name = f"bucket {bucket['number']} ({bucket['key']})"
-        for gap in (*_contents(bucket), *_script(folder, bucket["repro"])):
+        for gap in (*_contents(bucket), *_script(folder, bucket["repro"]), *_issue(folder, bucket["repro"])):
             yield f"{name}: {gap}"
 
 
@@ -152,6 +167,16 @@ def _script(folder: Path, name: str) -> Iterator[str]:
         yield f"the script {name} is missing"
     except (SyntaxError, ValueError) as error:
         yield f"the script {name} does not compile: {error}"
+
+
+def _issue(folder: Path, script: str) -> Iterator[str]:
+    """The issue's text must be there, to its end."""
+    name = f"issues/{Path(script).stem}.md"
+    try:
+        if "Found by proxyproof" not in (folder / name).read_text(encoding="utf-8"):
+            yield f"{name} is cut off"
+    except (OSError, ValueError):
+        yield f"{name} is missing"
 
 
 def main(arguments: list[str]) -> int:

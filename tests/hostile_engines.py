@@ -200,7 +200,14 @@ def endless_float(_: AnswerRow) -> object:
 
 @trick
 def takes_its_time(answer: AnswerRow) -> AnswerRow:
-    time.sleep(0.4)
+    time.sleep(1)
+    return answer
+
+
+@trick
+def takes_until_it_is_killed(answer: AnswerRow) -> AnswerRow:
+    """So long that whoever is to kill it in time does, however slow the machine."""
+    time.sleep(40)
     return answer
 
 

@@ -63,9 +63,6 @@ class Reference(Engine):
 
         return solve
 
-    def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
-        return "print('the reference')\n"
-
     def answer(self, query: str, A: Kind, B: Kind, rows_a: Any, rows_b: Any) -> Answers:
         """Answer a batch."""
         if query == IMPACT:

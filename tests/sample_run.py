@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections import Counter
 from html.parser import HTMLParser
@@ -95,6 +96,12 @@ def sample_run() -> Run:
     return run
 
 
+def spread(run: Run, count: int) -> list[Bucket]:
+    """So many new buckets, no two with the same key."""
+    its = [bucket for bucket in run.buckets if bucket.state is State.NEW]
+    return [dataclasses.replace(its[number % len(its)], degeneracy=f"variant {number}") for number in range(count)]
+
+
 def _support(run: Run) -> None:
     for cell in cells():
         for engine in run.engines:
@@ -143,6 +150,7 @@ def bucket(engine: str, scene: Scene, verdict: Verdict, regimes: dict[str, int],
         "proven": min(3, count),
         "worst": verdict.amount,
         "regimes": Counter(regimes),
+        "call": SCRIPT,
         "repro": SCRIPT,
     }
     return Bucket(
@@ -298,7 +306,9 @@ LEDGER = [
         ("0123456789ab", "ba9876543210"),
         ("https://example.org/1",),
     ),
-    EntryNote("fcl", "mended", "A sign.", State.STALE, "1 witness passes now", 0, 1, ()),
+    EntryNote(
+        "fcl", "mended", "A sign.", State.STALE, "1 witness passes now", 0, 1, (), cells=((DISTANCE, "Box–Box"),)
+    ),
     EntryNote("bullet", "another", "A clamp.", State.CHANGED, "1 witness fails otherwise", 0, 2, ("00112233aabb",)),
     EntryNote("bullet", "elsewhere", "A case.", State.UNMATCHED, "it is about versions <3, not 3.2.7", 0, 0, ()),
 ]

@@ -28,7 +28,7 @@ from refimpl.shapes import (
     Ray,
     Sphere,
 )
-from tests.conftest import effort, name_of, scenes_of
+from tests.conftest import effort, name_of, regimes_in_turn, scenes_of
 from tests.truth import ray_interval, signed_distance
 
 INF = math.inf
@@ -60,10 +60,10 @@ def width(a: Proxy, b: Proxy) -> float:
 def test_intervals_are_narrow_in_every_regime() -> None:
     widths = []
     for pair in PAIRS:
-        for regime in REGIMES:
+        for regime in regimes_in_turn(pair):
             a, b = scenes_of(pair, regime, max(2, effort() // 4))
             widths += [width(a[i], b[i]) for i in range(len(a))]
-    assert len(widths) > 400
+    assert len(widths) > 300
     assert max(widths) <= WIDEST
     assert sum(w > WIDTH for w in widths) <= len(widths) / 1000
 

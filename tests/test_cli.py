@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from oracles.engine import EngineUnavailable
+from oracles.engines import PACKAGES
 from oracles.outcome import Kind, Run, State, Verdict
 from refimpl.pairs import PROBES, SOLIDS, TABLE
 from reports import cli, verify, vs
@@ -52,6 +53,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     engines = types.ModuleType("oracles.engines")
     engines.available_engines = lambda: {"fcl": None, "bullet": None, "other": "not installed"}  # type: ignore[attr-defined]
     engines.load_engine = load_engine  # type: ignore[attr-defined]
+    engines.PACKAGES = PACKAGES  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "oracles.engines", engines)
     return said
 
@@ -88,6 +90,15 @@ def test_run_leaves_a_complete_report(asked: Any, out: Path, capsys: pytest.Capt
     assert printed.err.count("compared") == 3
 
 
+def test_run_writes_the_summary_of_a_step(asked: Any, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    summary = out.parent / "summary.md"
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
+    assert cli.main(["run", "--out", str(out)]) == 0
+    said = summary.read_text("utf-8")
+    assert said.splitlines()[:3] == (out / "report.md").read_text("utf-8").splitlines()[:3]
+    assert said.count("\n#### ") == len(asked["run"].buckets)
+
+
 def test_run_passes_on_what_was_asked(asked: Any, out: Path) -> None:
     pairs = ["--pair", "box-sphere", "--pair", "Sphere–Box", "--pair", "Ray - AABB"]
     assert (
@@ -114,7 +125,7 @@ def test_exit_status_tells_what_became_of_it(asked: Any, out: Path, change: dict
         setattr(run, name, value)
     assert cli.main(["run", "--out", str(out)]) == status
     assert (out / "index.html").read_text("utf-8").endswith("</html>")
-    assert json.loads((out / "run.json").read_text("utf-8"))["interrupted"] == run.interrupted
+    assert json.loads((out / "report.json").read_text("utf-8"))["interrupted"] == run.interrupted
 
 
 def test_interrupt_before_the_first_answer(asked: Any, out: Path) -> None:

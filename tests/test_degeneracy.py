@@ -7,7 +7,7 @@ import pytest
 
 from oracles.batch import Batch
 from oracles.clumsiness import clumsiness, odd_numbers
-from oracles.degeneracy import CLASSES, FREE, GENERIC, degeneracy, features
+from oracles.degeneracy import CLASSES, FREE, GENERIC, degeneracy, features, gaps_of
 from oracles.impact_stages import TARGETS
 from oracles.motion import Motion, Moving
 from oracles.plain import plain_scenes
@@ -224,3 +224,12 @@ def test_plain_impacts_touch_where_they_say(pair: tuple[type[Proxy], type[Proxy]
 
 def test_free_features_are_features() -> None:
     assert set(CLASSES) > FREE
+
+
+@pytest.mark.parametrize("pair", [(Capsule, Box), (Ray, Capsule), (Point, Sphere)], ids=lambda p: p[1].__name__)
+def test_features_are_the_same_where_the_gaps_of_a_whole_batch_are_known(pair: tuple[type[Proxy], type[Proxy]]) -> None:
+    (batch,) = Batch.draw(pair, 3, (0, 2), 1)
+    query = RAYCAST if pair[0] is Ray else DISTANCE
+    for i, gaps in enumerate(gaps_of(batch.a, batch.b)):
+        scene = batch.scene(query, i)
+        assert features(scene, gaps) == features(scene)

@@ -21,14 +21,13 @@ from oracles.judge import Judge
 from oracles.outcome import Kind as Verdicts
 from oracles.outcome import Severity
 from oracles.reference import SEARCH_ERROR, UNIONS, error_of, is_quick, proven, signed
-from oracles.regimes import REGIMES
 from oracles.rules import Rules
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, Scene, cells
-from refimpl import Box, Capsule, Composite, Ellipsoid, HalfSpace, Point, Proxy, Ray, Sphere, distance
+from refimpl import Box, Capsule, Composite, Ellipsoid, HalfSpace, Point, Proxy, Ray, Sphere, distance, raycast
 from refimpl.linear import Array
 from refimpl.pairs import TABLE
 from refimpl.proof import check
-from tests.conftest import name_of, scenes_of
+from tests.conftest import name_of, regimes_in_turn, scenes_of
 from tests.wrong_engines import Honest
 
 
@@ -111,8 +110,8 @@ CASES: list[tuple[Scene, dict[str, Any], str, float]] = [
     (OVERLAPPING, {"normal": [-1, 0, 0]}, claims.STUCK, 1.0),
     (OVERLAPPING, {"normal": [0, 1, 0]}, claims.STUCK, 0.5),
     (OVERLAPPING, {"point": [3, 0, 0]}, claims.OUTSIDE, 1.5),
-    (BEAM, {"normal": [-7, 0, 0]}, claims.LENGTHY, 6.0 - 1e-6),
-    (BEAM, {"normal": [0, 0, 0]}, claims.BRIEF, 1.0 - 1e-6),
+    (BEAM, {"normal": [-7, 0, 0]}, claims.LENGTHY, 6.0),
+    (BEAM, {"normal": [0, 0, 0]}, claims.BRIEF, 1.0),
     (BEAM, {"hit": 0.0, "t": math.inf}, claims.RAY_MISSED, 1.0),
     (BEAM, {"t": 1.5}, claims.RAY_OFF, 1.0),
     (BEAM, {"t": 2.25}, claims.RAY_LATE, 0.5),
@@ -136,7 +135,8 @@ def test_each_wrong_property_is_named_and_measured(
     lower, upper = check(found.certificate, shown.a, shown.b)
     assert found.lower <= lower <= upper <= found.upper
     generous = Exact(absolute=min(amount * 1.001, 1e300))
-    assert math.isinf(amount) or verdict(generous, scene, **change).symptom != symptom
+    of_length = symptom in (claims.LENGTHY, claims.BRIEF)  # which no engine has a tolerance of its own for
+    assert math.isinf(amount) or (verdict(generous, scene, **change).symptom == symptom) is of_length
 
 
 def test_false_contact_and_false_ray() -> None:
@@ -229,7 +229,7 @@ def test_a_lost_answer_keeps_its_text_and_the_truth(status: Status) -> None:
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)
 def test_the_reference_agrees_with_itself_in_every_regime(pair: tuple[type[Proxy], type[Proxy]]) -> None:
     queries = [cell for cell in cells() if (cell.type_a, cell.type_b) == pair and cell.query != IMPACT]
-    for regime in REGIMES:
+    for regime in regimes_in_turn(pair):
         a, b = scenes_of(pair, regime, 60 if is_quick(*pair) else 4)
         for cell in queries:
             agrees_with_itself(cell, a, b, regime)
@@ -260,12 +260,33 @@ def agrees_with_itself(cell: Cell, a: Proxy, b: Proxy, regime: str) -> None:
 
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)
 def test_the_audit_passes_what_is_right(pair: tuple[type, type]) -> None:
-    many = 8 if is_quick(*pair) else 1
-    for regime in REGIMES:
+    many = 4 if is_quick(*pair) else 1
+    for regime in regimes_in_turn(pair):
         a, b = scenes_of(pair, regime, many)
         for i in range(many):
             found = audit(a[i], b[i])
             assert found.kind is Verdicts.AGREES, f"{found.claim} {a[i]} {b[i]}"
+
+
+def test_the_normal_of_a_rays_hit_on_a_capsules_side_does_not_tilt_where_rounding_takes_it_for_a_cap() -> None:
+    direction = np.array([-0.642518613028296, 0.3742354851224078, 1.3027346750537467])
+    ray = Ray([0.7460430045706195, 2.006799740432945, -3.662809664332766], direction)
+    p = [-0.42411258561085363, 2.4434206196226516, -1.7746629267557683]
+    q = [-0.852458327629718, 2.6929109430375906, -0.906173143386604]
+    capsule = Capsule(p, q, 0.25)
+    normal = raycast(ray, capsule).normal
+    assert abs(normal @ direction) <= 1e-15  # the ray runs along the axis, and grazes
+    assert audit(ray, capsule).kind is Verdicts.AGREES
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e9])
+def test_a_normals_length_is_held_to_the_same_whatever_the_size(size: float) -> None:
+    scene = Scene(DISTANCE, Sphere(np.zeros(3), size), Sphere([4 * size, 0.0, 0.0], size), "test")
+    engine = Exact(relative=1e-2)
+    assert verdict(engine, scene, normal=[1 + 9e-7, 0.0, 0.0]).kind is Verdicts.AGREES
+    for length, symptom in ((1.001, claims.LENGTHY), (0.999, claims.BRIEF), (1.5, claims.LENGTHY), (0.0, claims.BRIEF)):
+        found = verdict(engine, scene, normal=[length, 0.0, 0.0])
+        assert (found.kind, found.symptom) == (Verdicts.WRONG, symptom)
 
 
 def test_the_reference_is_asked_and_proven_once_for_each_pair(monkeypatch: pytest.MonkeyPatch) -> None:

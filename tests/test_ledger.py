@@ -38,11 +38,11 @@ def own(tmp_path: Path) -> Path:
 
 
 def proxyproof(tmp_path: Path, *more: str, pair: str = PAIR) -> tuple[int, dict[str, Any]]:
-    """Run the command line on the switched engine; gives the exit status and what stands in `run.json`."""
+    """Run the command line on the switched engine; gives the exit status and what stands in `report.json`."""
     out = tmp_path / "report"
     run = ["run", "--engine", spec(Switched), "--pair", pair, "--passes", "1", "--workers", "0", "--out", str(out)]
     status = cli.main([*run, *more])
-    return status, json.loads((out / "run.json").read_text("utf-8"))
+    return status, json.loads((out / "report.json").read_text("utf-8"))
 
 
 def entries(path: Path) -> list[dict[str, Any]]:

@@ -238,7 +238,7 @@ def test_a_run_uses_the_folder_and_its_report_says_so(
     assert cli.main(command) == cli.FINISHED
     assert [model.name for model in used[0].models] == ["good.obj"]
     page, markdown = (out / "index.html").read_text(), (out / "report.md").read_text()
-    data = json.loads((out / "run.json").read_text())
+    data = json.loads((out / "report.json").read_text())
     assert data["models"][0].endswith("1 model, and 1 that cannot be used")
     assert "holds no triangle" in page
     assert "holds no triangle" in markdown

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import re
 import unicodedata
 from collections import Counter
 from fractions import Fraction
@@ -129,7 +130,10 @@ def test_hostile_words_leave_the_structure_of_the_page_alone() -> None:
     nasty, tame = (Page(html.render(hostile_run(words))) for words in (NASTY, TAME))
     assert nasty.tags == tame.tags
     assert [name for name, _ in nasty.attributes] == [name for name, _ in tame.attributes]
-    assert nasty.values("id") == tame.values("id")
+    ids = nasty.values("id")
+    assert len(ids) == len(tame.values("id"))
+    assert all(re.fullmatch(r"[A-Za-z0-9-]+", name) for name in ids)
+    assert all(link.startswith(("#", "repro/", "report.", "issues/")) for link in nasty.values("href"))
     assert "<script>alert(1)</script>" in nasty.words
     assert "{{ 7 * 7 }}" in nasty.words
 
@@ -148,7 +152,7 @@ def test_nothing_invisible_is_written(render: Any) -> None:
     written.encode("utf-8")
 
 
-@pytest.mark.parametrize("render", [html.render, markdown.render, summary.run_json])
+@pytest.mark.parametrize("render", [html.render, markdown.render, summary.report_json])
 def test_an_error_text_of_ten_megabytes_is_cut(render: Any) -> None:
     written = render(hostile_run(TAME, error="\x1b<b>" * 2_500_000 + "RuntimeError: the end"))
     assert len(written) < 200_000
@@ -196,5 +200,7 @@ def test_fence_is_longer_than_any_within() -> None:
 def test_script_names_stay_in_their_folder(names: tuple[str, str, str]) -> None:
     its = sample_run().buckets[0]
     strange = Bucket(*names, "..", "..", None, its.witness)
-    assert folder.OWN_SCRIPT.fullmatch(findings.repro_file(7, strange))
+    name = findings.repro_file(7, strange)
+    assert name.startswith("repro/")
+    assert folder.OWN.fullmatch(name.removeprefix("repro/").removesuffix("py"))
     assert len(findings.repro_file(7, strange)) < 100

@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
+from oracles.allowance import MOST_LOST
 from oracles.answers import take
+from oracles.around import LOST_AT_ONCE
 from oracles.batch import Batch
 from oracles.buckets import Buckets, key_of
+from oracles.bulk import Proofs
 from oracles.clumsiness import odd_numbers
 from oracles.degeneracy import FREE, degeneracy, features
 from oracles.engine import AnswerRow, Answers, Engine, Row, Status
 from oracles.judges import Judges, finding_of
 from oracles.ledger.files import Ledger
+from oracles.likeness import Failing
 from oracles.outcome import FINDINGS, Bucket, Finding, Kind
+from oracles.paths import SHARES, leads, path
 from oracles.planted.mutants import MUTANTS
 from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, Scene, cells
 from oracles.shrink import shrink, shrink_all
-from refimpl import AABB, Point, Proxy, Ray, Sphere
+from oracles.words import decade_of
+from refimpl import AABB, ConvexPolyhedron, Point, Proxy, Ray, Sphere, distance
 from refimpl.proof import check
 from tests.wrong_engines import Answer, FlippedNormal, Honest, MissedContact, OffByAThousandth
 
@@ -42,20 +49,27 @@ class Bench:
         self.asked += len(table)
         return Answers.from_table(np.full(len(table), Status.ANSWERED, dtype=np.int8), table, {})
 
+    def renew(self) -> None:
+        """Each batch has a solver of its own."""
+
 
 def findings(bench: Bench, cell: Cell, each: int = 12) -> list[Finding]:
-    """Proven findings of one bulk batch of a cell, one for each key."""
+    """Proven findings of one bulk batch of a cell, as the bulk hunter picks them, one for each key."""
     pair = cell.type_a, cell.type_b
     batches = (Batch.draw_impacts if cell.query == IMPACT else Batch.draw)(pair, 7, (0, 1), each)
     found: dict[object, Finding] = {}
+    proofs, name = Proofs(), bench.engine.name
     for batch in batches:
         answers = bench.answer(cell, batch.rows)
         screening = bench.judges.screen(cell, batch.a, batch.b, batch.motion, answers)
         for i in np.flatnonzero([kind is Kind.WRONG for kind in screening.kind]):
             scene, alone = batch.scene(cell.query, int(i)), take(answers, [i])
+            decade = decade_of(float(screening.amount[i]), scene.size)
+            if not proofs.wanted(name, cell, screening.symptom[i], decade, scene.regime):
+                continue
             verdict = bench.judges.convict(scene, alone)
             if verdict.kind in FINDINGS:
-                finding = finding_of(bench.engine.name, scene, alone, verdict)
+                finding = finding_of(name, scene, alone, verdict)
                 found.setdefault(key_of(finding), finding)
     return list(found.values())
 
@@ -193,6 +207,87 @@ def test_what_does_not_come_again_is_one_bucket_whatever_the_scenes() -> None:
     assert [(bucket.degeneracy, bucket.decade) for bucket in buckets] == [("not repeatable", None)]
     assert "not repeatable" in buckets[0].key
     assert not buckets[0].witness.repeats
+
+
+class Remembering(Honest):
+    """Answers the first scene that it is asked, and again to whoever has the same first number."""
+
+    def __init__(self) -> None:
+        self.kept: dict[float, AnswerRow] = {}
+
+    def solver(self, query: str, A: type[Proxy], B: type[Proxy]) -> Callable[[Row, Row], AnswerRow]:
+        right = super().solver(query, A, B)
+        return lambda a, b: self.kept.setdefault(a[0], right(a, b))
+
+
+class ForgettingBench(Bench):
+    def renew(self) -> None:
+        self.engine.kept.clear()  # type: ignore[attr-defined]
+
+
+def test_what_fails_only_after_other_scenes_does_not_come_again() -> None:
+    bench, cell = ForgettingBench(Remembering()), Cell(DISTANCE, Sphere, Sphere)
+    pairs = [Scene(DISTANCE, Sphere([1.0, 0.0, 0.0], 1.0), Sphere([x, 0.0, 0.0], 1.0), "generic") for x in (4.0, 5.0)]
+    rows = tuple(np.stack([scene.rows[i] for scene in pairs]) for i in range(2))
+    second = take(bench.answer(cell, rows), [1])
+    finding = finding_of("honest", pairs[1], second, bench.judges.convict(pairs[1], second))
+    assert finding.verdict.kind is Kind.WRONG
+    shrunk = shrink(finding, bench)
+    assert not shrunk.repeats
+    assert shrunk.scene.id == finding.scene.id
+
+
+class Lost(Bench):
+    """Loses an engine wherever the two concentric; a process would."""
+
+    lost = 0
+
+    def answer(self, cell: Cell, rows: object, groups: object = None, give_up_after: int | None = None) -> Answers:
+        answers = super().answer(cell, rows, groups, give_up_after)
+        first, second = (np.asarray(side) for side in rows)  # type: ignore[attr-defined]
+        gone = (first[:, :3] == second[:, :3]).all(axis=1)
+        type(self).lost += int(gone.sum())
+        return replace(answers, status=np.where(gone, np.int8(Status.CRASHED), answers.status))
+
+
+def test_what_costs_the_engine_becomes_simple_and_costs_it_a_few_times() -> None:
+    place = [1.2345, -0.777, 31.4159]
+    scene = Scene(DISTANCE, Sphere(place, 0.123), Sphere(place, 4.567), "concentric")
+    bench = Lost(Honest())
+    answers = bench.answer(scene.cell, tuple(row[None] for row in scene.rows))
+    finding = finding_of("honest", scene, answers, bench.judges.convict(scene, answers))
+    assert finding.verdict.kind is Kind.CRASHED
+    before = bench.lost
+    shrunk = shrink(finding, bench)
+    assert odd_numbers(shrunk.scene) == 0
+    assert bench.lost - before <= MOST_LOST + LOST_AT_ONCE + 2
+
+
+# -- paths ----------------------------------------------------------------------------------------------------
+
+
+def at(gap: float, radius: float = 1.0) -> Scene:
+    return Scene(DISTANCE, Sphere([0.0, 0.0, 0.0], radius), Sphere([0.0, 0.0, 1.0 + radius + gap], 1.0), "generic")
+
+
+def test_a_path_leads_where_an_error_grows_and_not_where_it_leaps() -> None:
+    scenes = path(at(1e-7), at(2.0, radius=0.5))
+    assert len(scenes) == len(SHARES)
+    gaps = [float(distance(scene.a, scene.b).distance) for scene in scenes]
+    for power in (0.5, 1.0, 2.0):
+        assert leads([Failing(scene, abs(gap) ** power) for scene, gap in zip(scenes, gaps, strict=True)])
+    leaping = [Failing(scene, 1e-8 if gap < 1e-2 else gap) for scene, gap in zip(scenes, gaps, strict=True)]
+    assert not leads(leaping)
+    assert not leads([Failing(scene, math.inf) for scene in scenes])
+
+
+def test_there_is_no_path_between_forms() -> None:
+    hulls = [ConvexPolyhedron.from_vertices(np.eye(4, 3) * size) for size in (1.0, 2.0)]
+    more = ConvexPolyhedron.from_vertices(np.concatenate([np.eye(3), -np.eye(3)]))
+    ball = Sphere([3.0, 0.0, 0.0], 1.0)
+    start, near, other = (Scene(DISTANCE, ball, hull, "generic") for hull in (*hulls, more))
+    assert path(start, near)
+    assert not path(start, other)
 
 
 # -- the rules ------------------------------------------------------------------------------------------------

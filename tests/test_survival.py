@@ -265,7 +265,7 @@ def kill(*processes: int) -> None:
             os.kill(process, signal.SIGKILL)
 
 
-SLOW = hostile.number_of("takes_its_time")
+SLOW, SLOWER = (hostile.number_of(name) for name in ("takes_its_time", "takes_until_it_is_killed"))
 GUARD = r"the guard of the engine's process was ended by SIGKILL \(Killed\), and was started again: distance Sphere–S"
 
 
@@ -317,7 +317,7 @@ def test_a_guard_killed_in_the_middle_of_a_batch(patient: EngineWorker, which: s
 
 def test_a_scene_at_which_the_guard_dies_twice_is_lost(patient: EngineWorker) -> None:
     at_kill = killer(patient, 2, slice(0, 1), 1)
-    answers = ask(patient, -1.0, SLOW, -200.0)
+    answers = ask(patient, -1.0, SLOWER, -200.0)
     at_kill.join()
     assert answers.status.tolist() == [Status.ANSWERED, Status.CRASHED, Status.ANSWERED]
     assert re.search(r"SIGKILL \(Killed\), twice at this scene", answers.errors[1])
@@ -326,7 +326,7 @@ def test_a_scene_at_which_the_guard_dies_twice_is_lost(patient: EngineWorker) ->
 @pytest.mark.parametrize("which", [slice(1, 2), slice(2, 3)], ids=["fork server", "hand"])
 def test_a_hand_killed_from_outside_costs_its_scene(patient: EngineWorker, which: slice) -> None:
     at_kill = killer(patient, 1, which, 0)
-    answers = ask(patient, SLOW, -200.0)
+    answers = ask(patient, SLOWER, -200.0)
     at_kill.join()
     assert answers.status.tolist() == [Status.CRASHED, Status.ANSWERED]
     assert ask(patient, SLOW).status.tolist() == [Status.ANSWERED]

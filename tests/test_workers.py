@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import random
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -43,7 +45,8 @@ def findings(run: Run) -> list[object]:
         (b.key, b.count, b.proven, b.worst, dict(b.regimes), b.witness.scene.id, b.witness.verdict.claim, b.repro)
         for b in run.buckets
     ]
-    return [run.digest, buckets, dict(run.counts), dict(run.hunters), run.problems]
+    accuracy = run.accuracy.errors, run.accuracy.points
+    return [run.digest, buckets, dict(run.counts), dict(run.hunters), run.problems, accuracy]
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +175,7 @@ def killing(processes: Callable[[], list[int]], stop: threading.Event, times: in
 def killer() -> Iterator[Callable[..., None]]:
     stop, threads = threading.Event(), []
 
-    def start(processes: Callable[[], list[int]], times: int = 3) -> None:
+    def start(processes: Callable[[], list[int]], times: int = 2) -> None:
         threads.append(threading.Thread(target=killing, args=(processes, stop, times)))
         threads[-1].start()
 
@@ -331,7 +334,8 @@ def test_a_full_disk_ends_the_record_and_not_the_run(undisturbed: Run, small_dis
 
 
 def test_a_report_for_which_there_is_no_room_is_shown_all_the_same(tmp_path: Path, small_disk: Path) -> None:
-    (small_disk / "ballast").write_bytes(b"x" * 188_000)
+    free = shutil.disk_usage(small_disk).free
+    (small_disk / "ballast").write_bytes(b"x" * (free - 4 * mmap.PAGESIZE))
     with started(tmp_path, "--passes", "1", "--workers", "0", "--out", str(small_disk)) as process:
         printed = process.communicate(timeout=120)[0]
     assert process.returncode == 1, printed
@@ -376,7 +380,7 @@ def test_a_dask_cluster_is_left_as_it_was(cluster: Any) -> None:
     assert run.buckets
     for nanny in cluster.workers.values():
         engines = [p for p in below(nanny.pid) if b"oracles.isolation" in Path(f"/proc/{p}/cmdline").read_bytes()]
-        assert all(gone(process) for process in engines)
+        assert all(gone(process, within=30.0) for process in engines)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://x", "", "127.0.0.1:notaport"])
@@ -390,6 +394,6 @@ def test_no_cluster_is_one_clear_line(monkeypatch: pytest.MonkeyPatch, address: 
 
 
 def test_slow_and_lost_engines_do_not_hold_a_crew_up() -> None:
-    run = campaign(Crew(2), engines=[spec(Hanging)], passes=1, call_limit=0.2)
+    run = campaign(Crew(2), engines=[spec(Hanging)], passes=1, call_limit=0.05)
     assert {bucket.symptom for bucket in run.buckets} == {"no answer in time"}
     assert run.problems == []

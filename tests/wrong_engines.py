@@ -69,10 +69,6 @@ class Honest(Engine):
             return lambda a, b: self.spoil(ray_ball(a, b), a)
         return lambda a, b: self.spoil(of_query(query, ball_box(a, b) if B is AABB else ball_ball(a, b)), a)
 
-    def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
-        name = "ray_ball" if query == RAYCAST else "ball_box" if B is AABB else "ball_ball"
-        return f"from {__name__} import {name}\n\nprint({name}({row_a!r}, {row_b!r}))\n"
-
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
         """Where the others go wrong."""
         return answer_row(**answer)

@@ -57,7 +57,9 @@ def _side(name: str, placed: list[Placed]) -> str:
     return text
 
 
-BEST = """distance, on_a, on_b, normal = min(found, key=lambda one: one[0])
+BEST = """if not found:
+    raise RuntimeError("PyBullet returned no closest point")
+distance, on_a, on_b, normal = min(found, key=lambda one: one[0])
 print("distance =", repr(distance))
 print("on_a =", on_a)
 print("on_b =", on_b)

@@ -16,6 +16,7 @@ is asked part by part, and the nearest, or deepest, answer counts.
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Mapping
 from importlib import metadata
 from typing import Any, ClassVar
@@ -166,7 +167,10 @@ class FclEngine(Engine):
         self.require(query, A, B)
         placed_a, placed_b = _placed(query, A, row_a), _placed(query, B, row_b)
         signed = not (_is_mesh(placed_a) or _is_mesh(placed_b))
-        ask = SCRIPTS[query].replace("SIGNED", repr(signed))
+        most = MOST_CONTACTS if signed else MOST_OF_A_MESH
+        ask = SCRIPTS[query].replace("SIGNED", repr(signed)).replace("MOST", repr(most))
+        if query == DISTANCE:
+            ask += TELL_SIGNED if signed else TELL_UNSIGNED
         return SCRIPT.format(
             query=query, A=A.__name__, B=B.__name__, a=_objects("a", placed_a), b=_objects("b", placed_b), ask=ask
         )
@@ -294,19 +298,16 @@ print("python-fcl", version("python-fcl"))
 SCRIPTS = {
     DISTANCE: """
 
-def ask(x, y):
+def distance(x, y):
     result = fcl.DistanceResult()
     fcl.distance(x, y, fcl.DistanceRequest(enable_nearest_points=True, enable_signed_distance=SIGNED), result)
     return result
 
 
-result = min((ask(x, y) for x in a for y in b), key=lambda found: found.min_distance)
-print("distance =", repr(float(result.min_distance)))
-print("on_a =", result.nearest_points[0].tolist())
-print("on_b =", result.nearest_points[1].tolist())
+result = min((distance(x, y) for x in a for y in b), key=lambda found: found.min_distance)
 """,
-    CONTACTS: f"""
-request = fcl.CollisionRequest(num_max_contacts={MOST_OF_A_MESH}, enable_contact=True)
+    CONTACTS: """
+request = fcl.CollisionRequest(num_max_contacts=MOST, enable_contact=True)
 results = [(x, y, fcl.CollisionResult()) for x in a for y in b]
 for x, y, result in results:
     fcl.collide(x, y, request, result)
@@ -325,3 +326,14 @@ for x, y, result in results:
 print("hit =", float(any(result.is_collision for *_, result in results)))
 """,
 }
+
+TELL_SIGNED = """if result.nearest_points[0] is None:
+    raise RuntimeError("fcl.distance left its result empty")
+print("distance =", repr(float(result.min_distance)))
+print("on_a =", result.nearest_points[0].tolist())
+print("on_b =", result.nearest_points[1].tolist())
+"""
+TELL_UNSIGNED = f"""if result.min_distance <= 0:
+    print("distance = -inf")  # an overlap, whose depth FCL does not say of meshes
+else:
+{textwrap.indent(TELL_SIGNED, "    ")}"""

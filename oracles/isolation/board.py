@@ -64,10 +64,11 @@ class Board:
 
     Attributes
     ----------
-    at, since, careful, phase, says, beat : (1,) of int
+    at, since, careful, phase, says, beat, asked, spent : (1,) of int
         The scene being asked; the first since the hand last made sure that nothing was left changed; how many scenes
         are yet to be made sure of one by one; `Phase`; the columns that the engine promises, one bit each;
-        a number that the guard counts up while it lives.
+        a number that the guard counts up while it lives; how many scenes of the job were asked to the end, and the
+        nanoseconds of processor time that the hand took for them.
     status : (n,)
         `PENDING` or `Status`, perhaps with `REMARKED`.
     groups, rows_a, rows_b, table
@@ -93,7 +94,8 @@ class Board:
         if place > self.mapped:
             self._map(place)
         header = np.frombuffer(self.memory, np.int64, HEADER // 8)
-        self.at, self.since, self.careful, self.phase, self.says, self.beat = (header[k : k + 1] for k in range(6))
+        fields = [header[k : k + 1] for k in range(HEADER // 8)]
+        self.at, self.since, self.careful, self.phase, self.says, self.beat, self.asked, self.spent = fields
         groups, a, b, table, status, self.texts = offsets
         self.answers_start = table
         self.status_start = status
@@ -116,6 +118,7 @@ class Board:
         self.status[:] = PENDING
         self.careful[0] = min(max(int(self.careful[0]), 0), CAREFUL_FOR)
         self.at[0], self.since[0], self.phase[0], self.says[0] = NOWHERE_YET, NOWHERE_YET, Phase.WAITING, 0
+        self.asked[0], self.spent[0] = 0, 0
 
     def pending(self) -> NDArray[np.intp]:
         """Return the numbers of the scenes that are not asked yet, in their order."""

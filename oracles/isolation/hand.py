@@ -112,8 +112,10 @@ class Hand:
         while done < len(pending):
             block = pending[done : done + (1 if board.careful[0] > 0 else self.block)]
             board.since[0] = block[0]
-            begin = time.perf_counter()
+            begin, used = time.perf_counter(), time.process_time_ns()
             self._ask(solve, block)
+            board.spent[0] += time.process_time_ns() - used
+            board.asked[0] += len(block)
             self._pace(len(block), time.perf_counter() - begin)
             self._end_if_forked()
             changed, sound = self.state.restore()

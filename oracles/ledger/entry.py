@@ -29,6 +29,10 @@ class FirstSeen:
     date: date
     version: str
 
+    def __str__(self) -> str:
+        """Date and version, for people."""
+        return f"{self.date}, version {self.version}"
+
 
 @dataclass(frozen=True)
 class Entry:

@@ -48,7 +48,16 @@ def _note(entry: Entry, ledger: Ledger, run: Run, replays: Sequence[Replayed]) -
         tuple(name for name, met in by_id.items() if met is Fate.FAILS),
         entry.upstream,
         entry.file,
+        entry.versions,
+        str(entry.first_seen or ""),
+        _cells(entry, run) if state in UNSETTLED else (),
     )
+
+
+def _cells(entry: Entry, run: Run) -> tuple[tuple[str, str], ...]:
+    """Cells of its engine that an entry is about."""
+    asked = ((query, pair) for engine, query, pair in run.support if engine == entry.engine)
+    return tuple(cell for cell in asked if entry.fits_cell(*cell))
 
 
 def _state(entry: Entry, ledger: Ledger, run: Run, fates: Counter[Fate], seen: int) -> tuple[State, str]:

@@ -100,6 +100,8 @@ class Rays(Balls):
         if off > rod.radius or middle < 0:
             return []
         way = (middle - self.half_chord(rod.radius, off)) / slope
+        if 0 <= dot(sub(ray.origin, rod.p), axis) <= length(sub(rod.q, rod.p)):
+            way = max(way, 0.0)  # beside the rod, it is ahead, but for rounding
         point = along(ray.origin, way, ray.direction)
         height = dot(sub(point, rod.p), axis)
         if way < 0 or not 0 <= height <= length(sub(rod.q, rod.p)):

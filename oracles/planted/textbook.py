@@ -14,7 +14,6 @@ from oracles.engine import (
     AnswerRow,
     Engine,
     Kind,
-    Row,
     Solver,
     Support,
     Tolerance,
@@ -151,17 +150,5 @@ class Textbook(Reading, Bricks, Rays, Impacts, Engine):
         point = along(ray.origin, hit.way, ray.direction)
         if hit.normal is None:
             return answer_row(hit=1.0, t=0.0, point=point)
-        return answer_row(hit=1.0, t=hit.way / ray.speed, point=point, normal=hit.normal)
-
-    def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
-        """Return a script that asks the engine alone for one scene."""
-        kinds = ", ".join(sorted({A.__name__, B.__name__}))
-        return (
-            f"from oracles.engine import COLUMNS\nfrom {type(self).__module__} import {type(self).__name__}\n"
-            f"from refimpl.shapes import {kinds}\n\n"
-            f"answer = {type(self).__name__}().solver({query!r}, {A.__name__}, {B.__name__})({row_a!r}, {row_b!r})\n"
-            "for name, columns in COLUMNS.items():\n"
-            "    values = list(answer[columns])\n"
-            "    if all(value == value for value in values):\n"
-            '        print(name, "=", values[0] if len(values) == 1 else values)\n'
-        )
+        way = max(hit.way, 0.0)  # that it starts outside has been decided by other roundings
+        return answer_row(hit=1.0, t=way / ray.speed, point=point, normal=hit.normal)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from oracles.claims import BRIEF, LONG, SHORT
+from oracles.claims import BRIEF, LONG, SHORT, STUCK
 from oracles.planted.bricks import Way
 from oracles.planted.mutant import Planted, wrong
 from oracles.planted.shapes import Brick, Gap, Plane
@@ -104,7 +104,7 @@ class DepthFromCenters(Planted):
         return gap._replace(distance=separation - abs(dot(sub(b.center, a.center), normal)))
 
 
-@wrong(DISTANCE, "Capsule–Box", LONG)
+@wrong(DISTANCE, "Capsule–Box", LONG, STUCK)
 class GjkLeavesEarly(Planted):
     """An early exit in GJK: after two steps the search is over."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from oracles.claims import APART, FALSE, LENGTHY, LONG, MISSED, OFF_SHAPE, OVERSHOT, SHORT, STUCK, TOGETHER
+from oracles.claims import APART, FALSE, LENGTHY, LONG, MISSED, OFF_SHAPE, SHORT, STUCK, TOGETHER
 from oracles.engine import COLUMNS, NAN, AnswerRow
 from oracles.planted.mutant import Planted, wrong
 from oracles.planted.shapes import Ball, Brick, Gap, Plane, Rod
@@ -63,7 +63,7 @@ class ContactBeforeTouching(Planted):
         return gap.distance <= 0.01
 
 
-@wrong(CONTACTS, "Sphere–AABB", OVERSHOT, LENGTHY)
+@wrong(CONTACTS, "Sphere–AABB", LENGTHY)
 class NormalTooLong(Planted):
     """The normal is not brought to length 1."""
 

@@ -60,7 +60,7 @@ class HitsBehind(Planted):
         return way if way is not None else super().way_to_ball(ray._replace(direction=times(-1.0, ray.direction)), ball)
 
 
-@wrong(RAYCAST, "Ray–HalfSpace", RAY_FALSE)
+@wrong(RAYCAST, "Ray–HalfSpace", RAY_FALSE, RAY_OFF)
 class PlaneBehind(Planted):
     """A dropped case: rays that go away from the plane hit it, too."""
 

@@ -82,7 +82,9 @@ def ray_capsule(ray: Ray, c: Capsule) -> Entry:
 
     The side is hit while the line is both within the radius of the axis and between the ends. Near the seams
     rounding moves the first span's ends by much for a ray nearly along the axis, but not the part that both
-    share with a ball. Ericson, Real-Time Collision Detection, 5.3.7.
+    share with a ball. Of a ball only the outer half counts: where a ray grazes the other, rounding would turn the
+    normal by its square root, and the side would stand out beyond the plane. Ericson, Real-Time Collision Detection,
+    5.3.7.
     """
     axis, offset = c.q - c.p, ray.origin - c.p
     across = without(ray.direction, axis)
@@ -92,10 +94,10 @@ def ray_capsule(ray: Ray, c: Capsule) -> Entry:
     times = [_first(np.maximum(enter, near), np.minimum(leave, far))]
     side = ray.origin + scale(np.where(np.isfinite(times[0]), times[0], 0.0), ray.direction)
     outwards = [unit_or(without(side - nearest_on_segment(side, c.p, c.q), axis), -across)[0]]
-    for end in (c.p, c.q):
+    for end, away in ((c.p, -axis), (c.q, axis)):
         enter, leave, outward = _round_span(ray.origin - end, ray.direction, c.radius)
         times.append(_first(enter, leave))
-        outwards.append(outward)
+        outwards.append(np.where((dot(outward, away) < 0)[..., None], without(outward, axis), outward))
     first = np.argmin(np.stack(times), axis=0)
     t = np.min(np.stack(times), axis=0)
     t = np.where(norm(ray.origin - nearest_on_segment(ray.origin, c.p, c.q)) <= c.radius, 0.0, t)

@@ -1,0 +1,68 @@
+"""Candidates around a scene: everything that shrinking tries to make it simpler, the boldest first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import islice
+
+from oracles.clumsiness import odd_numbers
+from oracles.likeness import Failing
+from oracles.plain_bodies import PLAIN_BODIES, plain_pairs
+from oracles.plain_impacts import restaged, simpler_motions
+from oracles.scene import Scene
+from oracles.simpler import jointly_simpler, moved, nudged, simpler_proxies
+from oracles.spacing import gap_of, kept_apart
+
+AT_ONCE = 150
+"""Candidates that are asked before one looks whether one of them will do."""
+LOST_AT_ONCE = 8
+"""The same where each may cost the engine."""
+NEAR = 12
+"""Plain scenes of which the bodies are brought to each of the gaps."""
+GAPS = [sign * 10.0**-k for k in range(16) for sign in (1.0, -1.0)]
+"""Steps on which errors that grow with a gap or an overlap grow."""
+
+
+def passes(best: Failing, *, growing: bool = False) -> Iterator[Iterable[Scene]]:
+    """Candidates around a scene, the boldest first; or, of a slight error that is to grow, those next to it."""
+    scene = best.scene
+    if not best.strain and odd_numbers(scene) == 0:
+        if best.slightness and scene.motion is None:
+            yield kept_apart([scene], GAPS)
+        return
+    if scene.motion is not None:
+        yield restaged(scene)
+        yield (replace(scene, motion=motion) for motion in simpler_motions(scene.motion))
+        return
+    yield moved(scene)
+    if best.slightness and growing:
+        yield nudged(scene)
+    yield jointly_simpler(scene)
+    yield kept_apart([scene], GAPS)
+    yield kept_apart(list(beside_plain(scene)), list(dict.fromkeys([gap_of(scene), 0.0])))
+    if best.slightness or "nearly touching" in best.special:
+        yield kept_apart(list(islice(plain_pairs(scene.cell), NEAR)), GAPS)
+    yield changed(scene)
+    yield from (kept_apart(some, [0.0]) for some in _in_parts(changed(scene)))
+    if best.slightness and not growing:
+        yield nudged(scene)
+
+
+def beside_plain(scene: Scene) -> Iterator[Scene]:
+    """One of both proxies as it is, beside a plain one of the other's type, where the other was."""
+    for a in PLAIN_BODIES[scene.cell.type_a]:
+        yield replace(scene, a=a.translated(scene.a.reference_point - a.reference_point))
+    for b in PLAIN_BODIES[scene.cell.type_b]:
+        yield replace(scene, b=b.translated(scene.b.reference_point - b.reference_point))
+
+
+def changed(scene: Scene) -> Iterator[Scene]:
+    """One of both proxies simpler."""
+    yield from (replace(scene, a=a) for a in simpler_proxies(scene.a))
+    yield from (replace(scene, b=b) for b in simpler_proxies(scene.b))
+
+
+def _in_parts(scenes: Iterator[Scene]) -> Iterator[list[Scene]]:
+    while some := list(islice(scenes, AT_ONCE)):
+        yield some

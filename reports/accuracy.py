@@ -1,0 +1,216 @@
+"""Accuracy and speed of engines as tables: by query, the worst cells, by pair with the engines side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+from oracles.accuracy import Accuracy, CellKey, Errors, Speed
+from oracles.outcome import Run
+from oracles.scene import QUERIES, cells
+from reports import text
+from reports.tables import Column, Entry, Table, engines
+
+NOTE = (
+    "An error is what is beyond doubt: the distance of the answer from the reference's, less what the reference may "
+    "err by (1e-14 to 1e-12 of the scene's size); 0 is below that. It is relative to the scene's largest coordinate, "
+    "extent or velocity. Below it stands the error itself, a length, of impacts a velocity, of rays how far the hit is "
+    "from the surface. The worst errors of each cell are proven by certificates; of "
+    "those after ≥ floats alone are certain."
+)
+RANKS = ("median", "99\u202f%", "worst")
+UNPROVEN = "≥"
+"""Before a worst error that is certain by floats, and was not proven one by one."""
+NEARLY_ALL = 0.99
+"""A proof of less than this share of an error is not that of the error."""
+MICRO = 1e6
+MOST_WORST = 12
+"""Cells of an engine in the table of the worst."""
+
+
+def accuracy(run: Run) -> tuple[Table, ...]:
+    """Errors by query, the worst cells of each engine, errors by pair, and speeds."""
+    found = run.accuracy
+    named = engines(run)
+    if not found.errors:
+        return ()
+    return (
+        by_query(found, named),
+        *(worst_cells(found, engine) for engine in named if _valued(found, engine)),
+        by_pair(found, named),
+        speeds(found, named),
+    )
+
+
+# -- errors --------------------------------------------------------------------------------------------------
+
+
+def by_query(found: Accuracy, named: Sequence[str]) -> Table:
+    """Errors over all pairs of a query, and how many answers have one."""
+    columns = [Column("engine · query"), *(Column(rank, numeric=True) for rank in RANKS), *_COUNTS]
+    rows = [
+        (Entry(f"{text.visible(row.engine)} · {row.query}"), *_entries(row), *_counted(row))
+        for row in found.errors
+        if not row.pair and row.engine in named
+    ]
+    return Table(
+        "Errors of each engine and query, over all pairs and regimes: relative, and below as lengths",
+        tuple(columns),
+        tuple(rows),
+    )
+
+
+_COUNTS = tuple(Column(title, numeric=True) for title in ("answers", "with a value", "by convention", "no answer"))
+
+
+def _counted(row: Errors) -> Iterator[Entry]:
+    for number in (row.answers, row.valued, row.by_convention, row.lost):
+        yield Entry(text.count(number))
+
+
+def worst_cells(found: Accuracy, engine: str) -> Table:
+    """The cells in which an engine errs most, the worst relative error first."""
+    rows = sorted(_valued(found, engine), key=lambda row: -_worst(row, relative=True)[0])[:MOST_WORST]
+    columns = [Column("pair · query"), *(Column(rank, numeric=True) for rank in RANKS), Column("worst in"), *_COUNTS]
+    return Table(
+        f"{text.visible(engine)}: the pairs with the largest errors relative to the scene's size",
+        tuple(columns),
+        tuple(
+            (
+                Entry(f"{row.pair} · {row.query}"),
+                *_entries(row),
+                Entry(row.worst_in),
+                *_counted(row),
+            )
+            for row in rows
+            if _worst(row, relative=True)[0] > 0
+        ),
+    )
+
+
+def by_pair(found: Accuracy, named: Sequence[str]) -> Table:
+    """Every pair and query, with the engines side by side."""
+    known = {row.cell: row for row in found.errors if row.pair and not row.regime and row.absolute}
+    order = [(cell.query, cell.pair) for cell in cells()]
+    asked = [(query, pair) for query, pair in order if any((engine, query, pair) in known for engine in named)]
+    regimes = _by_cell(found)
+    columns = [Column("pair · query")]
+    columns += [Column(rank, numeric=True, group=text.visible(engine)) for engine in named for rank in RANKS]
+    rows = []
+    for query, pair in asked:
+        row = [Entry(f"{pair} · {query}")]
+        for engine in named:
+            cell = engine, query, pair
+            row += _entries(known[cell], regimes[cell]) if cell in known else [Entry("–")] * len(RANKS)
+        rows.append(tuple(row))
+    return Table(
+        "Errors of each pair and query: relative to the scene's size, and below as lengths",
+        tuple(columns),
+        tuple(rows),
+    )
+
+
+def _entries(row: Errors, regimes: Sequence[Errors] = ()) -> list[Entry]:
+    """Median, 99th percentile and worst; how regimes differ is said on demand."""
+    if row.absolute is None or row.relative is None:
+        return [Entry("–")] * len(RANKS)
+    folded = _in_regimes(row, regimes)
+    return [
+        Entry(_short(row.relative.median), _short(row.absolute.median), title=folded),
+        Entry(_short(row.relative.p99), _short(row.absolute.p99)),
+        Entry(_shown_worst(row, relative=True), _shown_worst(row, relative=False)),
+    ]
+
+
+def _worst(row: Errors, *, relative: bool) -> tuple[float, bool]:
+    """The worst error, and whether a certificate proves it; else floats are certain of more than is proven."""
+    spread, proven = (row.relative, row.proven_relative) if relative else (row.absolute, row.proven_absolute)
+    by_floats = spread.worst if spread else 0.0
+    if proven is None or proven < NEARLY_ALL * by_floats:
+        return by_floats, not by_floats
+    return proven, True
+
+
+def _shown_worst(row: Errors, *, relative: bool) -> str:
+    worst, proven = _worst(row, relative=relative)
+    return _short(worst) if proven or not row.pair else f"{UNPROVEN} {_short(worst)}"
+
+
+def _short(value: float) -> str:
+    """Two significant digits: errors are told by their decade."""
+    if value == math.inf:
+        return "∞"
+    return f"{value:.1e}" if value > 0 else "0"
+
+
+def _by_cell(found: Accuracy) -> Mapping[CellKey, list[Errors]]:
+    """Regimes with values of each cell."""
+    every: dict[CellKey, list[Errors]] = {row.cell: [] for row in found.errors}
+    for row in found.errors:
+        if row.regime and row.relative:
+            every[row.cell].append(row)
+    return every
+
+
+def _in_regimes(cell: Errors, regimes: Sequence[Errors]) -> str:
+    """How the medians of the regimes spread, in a sentence."""
+    known = sorted((row.relative.median, row.regime) for row in regimes if row.relative)
+    if not known:
+        return ""
+    (least, _), (most, where) = known[0], known[-1]
+    spread = f"median in every regime {_short(most)}"
+    if least < most:
+        spread = f"medians from {_short(least)} to {_short(most)} (in {where})"
+    return f"{spread}; worst in {cell.worst_in}" if cell.worst_in else spread
+
+
+def _valued(found: Accuracy, engine: str) -> list[Errors]:
+    return [row for row in found.errors if row.engine == engine and row.pair and not row.regime and row.relative]
+
+
+# -- speeds --------------------------------------------------------------------------------------------------
+
+
+def speeds(found: Accuracy, named: Sequence[str]) -> Table:
+    """Time for an answer in each cell, with the engines side by side; first over the pairs that all of them answer."""
+    known = {(speed.engine, speed.query, speed.pair): speed for speed in found.speeds}
+    queries = [query for query in QUERIES if any(key[1] == query for key in known)]
+    asked = [(engine, query) for query in queries for engine in named if _any_of(known, engine, query)]
+    pairs = [pair for pair in dict.fromkeys(cell.pair for cell in cells()) if any(key[2] == pair for key in known)]
+    columns = [Column("pair"), *(Column(text.visible(engine), numeric=True, group=query) for engine, query in asked)]
+    rows = [(Entry("all that each engine answers"), *(_overall(known, named, *key) for key in asked))]
+    rows += [(Entry(pair), *(_speed(known.get((*key, pair))) for key in asked)) for pair in pairs]
+    caption = (
+        "Microseconds of processor time for an answer: what the engine and its adapter took in their own process, for "
+        "a call from Python that makes both shapes anew; what guards them is left out"
+    )
+    return Table(caption, tuple(columns), tuple(rows))
+
+
+def _any_of(known: Mapping[CellKey, Speed], engine: str, query: str) -> bool:
+    return any(key[:2] == (engine, query) for key in known)
+
+
+def _overall(known: Mapping[CellKey, Speed], named: Sequence[str], engine: str, query: str) -> Entry:
+    """Mean over the pairs that every engine of the query answers: each pair counts alike."""
+    others = [name for name in named if _any_of(known, name, query)]
+    common = [
+        speed
+        for (name, asked, pair), speed in known.items()
+        if name == engine and asked == query and all((other, query, pair) in known for other in others)
+    ]
+    if not common:
+        return Entry("–")
+    mean = sum(speed.seconds / speed.answers for speed in common) / len(common)
+    return Entry(_micro(mean), note=text.plural(len(common), "pair"))
+
+
+def _speed(speed: Speed | None) -> Entry:
+    if speed is None:
+        return Entry("–")
+    return Entry(_micro(speed.seconds / speed.answers), title=text.plural(speed.answers, "answer"))
+
+
+def _micro(seconds: float) -> str:
+    value = MICRO * seconds
+    return f"{value:.1f}" if value < 100 else text.count(round(value))
