@@ -25,8 +25,8 @@ class Contacts:
         What `distance` answers.
     depth_interval : (2,)
         The shortest translation of B that separates has a length between these: at least that of the deepest pair of
-        atoms, at most that of a translation that was found to separate; (0, 0) where the proxies are apart, and inf
-        at the end where none was found.
+        atoms, at most that of a translation that was found to separate. Both are that length where branch and bound
+        found it, as for most polytopes; (0, 0) where the proxies are apart, and inf at the end where none was found.
     part_a, part_b : (k,) int
         For each overlapping pair of convex atoms, the deepest first, their numbers: the parts of a composite in
         order, nested ones in their place; each polyhedron counts as many as it has pieces.
