@@ -78,8 +78,8 @@ def show(tables: Sequence[Table], *, markdown: bool) -> None:
     from rich.text import Text  # noqa: PLC0415
 
     from reports.accuracy import NOTE  # noqa: PLC0415
+    from reports.console import PLAIN_WIDTH  # noqa: PLC0415
     from reports.markdown import escape, table_lines  # noqa: PLC0415
-    from reports.terminal import PLAIN_WIDTH  # noqa: PLC0415
 
     if not tables:
         raise BadInput("the run measured no errors there")

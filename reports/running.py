@@ -15,8 +15,6 @@ from reports import ledgers, options, text
 from reports.options import MOST_PASSES, MOST_WORKERS, BadInput
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from oracles.outcome import Run
 
 FINISHED, INCOMPLETE, BAD_INPUT, REFERENCE_WRONG, INTERRUPTED = 0, 1, 2, 3, 130
@@ -200,8 +198,9 @@ def _campaign(question: dict[str, Any], executor: Any, out: Path, *, resume: boo
     from oracles.meshfiles import ModelError  # noqa: PLC0415
     from oracles.store import RecordError  # noqa: PLC0415
     from reports import folder, step_summary, terminal  # noqa: PLC0415
+    from reports.console import console  # noqa: PLC0415
 
-    shown, progress = _consoles()
+    shown, progress = console(), console(sys.stderr)
     try:
         folder.prepare(out)
         with one_stop(), terminal.progress(progress, question["budget"]) as listener:
@@ -230,15 +229,3 @@ def exit_status(found: Run, *, settled: bool = True) -> int:
     if found.interrupted:
         return INTERRUPTED
     return INCOMPLETE if found.problems or not settled else FINISHED
-
-
-def _consoles() -> tuple[Console, Console]:
-    """Console for the summary, on standard output, and for the progress, on standard error."""
-    from rich.console import Console  # noqa: PLC0415
-
-    from reports.terminal import PLAIN_WIDTH  # noqa: PLC0415
-
-    def console(stream: Any) -> Console:
-        return Console(file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False)
-
-    return console(sys.stdout), console(sys.stderr)

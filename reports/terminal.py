@@ -18,27 +18,14 @@ from rich.text import Text
 from oracles.ledger.states import UNSETTLED
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
 from reports import findings, tables, text
+from reports.console import ROOMY, STYLES
 
-STYLES = {
-    "wrong": "red",
-    "inconsistent": "red",
-    "crashed": "magenta",
-    "timed-out": "magenta",
-    "reference-wrong": "bold red",
-    "problem": "yellow",
-}
 SHOWN = (Kind.AGREES, Kind.CONVENTION, Kind.UNDECIDED, Kind.WRONG, Kind.CRASHED, Kind.TIMED_OUT)
 MOST_BUCKETS = 10
 DIGITS = 16
 """Of the digest, enough to tell two runs apart; `report.json` has them all."""
 REFRESH, PLAIN_EVERY = 0.2, 10.0
 """Seconds between two updates of a live display, and between two plain lines."""
-
-ROOMY = 100
-"""Columns from which a table can afford wide gaps."""
-
-PLAIN_WIDTH = 120
-"""Columns where the output is no terminal and has no width of its own."""
 
 
 class Progress(Protocol):
