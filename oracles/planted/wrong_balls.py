@@ -44,7 +44,7 @@ class UnsignedInside(Planted):
         return gap._replace(distance=abs(gap.distance))
 
 
-@wrong(DISTANCE, "Sphere–Capsule", SHORT)
+@wrong(DISTANCE, "Sphere–Capsule", SHORT, OFF_SHAPE)
 class CapsMissing(Planted):
     """The segment is never clamped: the rod goes on beyond its ends."""
 
@@ -99,7 +99,7 @@ class ParallelFirstEnds(Planted):
         return (a.p, b.p) if parallel else super().nearest_of_segments(a, b)
 
 
-@wrong(DISTANCE, "Capsule–Capsule", LONG)
+@wrong(DISTANCE, "Capsule–Capsule", LONG, STUCK)
 class AbsoluteParallel(Planted):
     """An absolute epsilon where a relative one is needed: segments shorter than a millimetre count as parallel."""
 
