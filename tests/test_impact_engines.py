@@ -23,6 +23,7 @@ from oracles.impact_laws import ANGULAR, ENERGY, laws
 from oracles.impact_stages import TARGETS
 from oracles.judges import Judges
 from oracles.ledger import Ledger
+from oracles.motion import Motion, Moving
 from oracles.outcome import FINDINGS, Kind
 from oracles.scene import IMPACT, QUERIES, Cell, Scene, cells
 from oracles.strategies import scenes
@@ -160,6 +161,18 @@ def test_capsules_have_the_inertia_of_their_box_by_default(workers: dict[str, En
     along = np.einsum("ni,nij,nj->n", axis, own.b.inertia, axis) * own.b.inverse_mass
     moves = own.b.inverse_mass > 0
     np.testing.assert_allclose(along[moves], 2 / 3 * batch.b.radius[moves] ** 2, rtol=1e-12)
+
+
+def test_by_default_a_box_has_the_inertia_of_its_shape_and_not_the_scenes(workers: dict[str, EngineWorker]) -> None:
+    """A box that lands on a corner, with an inertia that its engine is not told."""
+    box = Box([0, 0, 0], [0.5, 0.5, 1.0], [1, 1, 0, 2])
+    still = Moving(np.zeros(3), np.zeros(3), np.zeros(3), np.asarray(0.0), np.eye(3))
+    body = Moving(np.zeros(3), np.array([0.0, 0, -1]), np.zeros(3), np.asarray(1.0), np.eye(3))
+    motion = Motion(still, body, np.array([-0.5, 0.5, -1]), np.array([0.0, 0, 1]), np.asarray(0.0), np.asarray(0.0))
+    scene = Scene(IMPACT, HalfSpace([0, 0, 1], 1), box, "here", "", motion)
+    answers = workers["pybullet-defaults"].answer(IMPACT, HalfSpace, Box, *(row[None] for row in scene.rows))
+    assert answers.velocity_b[0, 2] == pytest.approx(-1 + 1 / 2.2, abs=2e-3)  # of unit inertia, −1 + 1 / 1.5
+    assert Judges(ENGINES["pybullet-defaults"]).convict(scene, answers).kind is Kind.CONVENTION
 
 
 def test_by_default_velocities_are_clamped_and_slow_ones_do_not_bounce(workers: dict[str, EngineWorker]) -> None:

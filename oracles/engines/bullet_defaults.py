@@ -8,7 +8,8 @@ comes of it is then not an impact alone. On PyBullet 3.2.7:
 - Bodies that touch are let sink in by 1e-5 a step, so that 0.0024 of the approach stay. Where there is a gap, however
   small, the approach is ended by just so much that they touch after the step, and there is no bounce.
 - Spin turns a body by 1/240 of itself before the contact is solved.
-- Capsules have the inertia of the box around them, and boxes and capsules the margin of 0.001 about their edges.
+- Inertia is that of the shape with uniform density, of a capsule that of the box around it.
+- Boxes and capsules have the margin of 0.001 about their edges.
 - The solver ends at a residual of 1e-7, which a contact with friction reaches before it has converged.
 """
 
@@ -37,7 +38,8 @@ from oracles.engines import bullet_impacts as impacts
 from oracles.engines.bullet_world import import_bullet
 from oracles.motion import Motion, Moving
 from refimpl.linear import Array, norm
-from refimpl.shapes import Capsule
+from refimpl.mass import mass_properties
+from refimpl.shapes import Capsule, HalfSpace
 
 TOLERANCE = Tolerance.uniform(5e-3, 5e-3, "what damping, sinking in and turning before the contact come to in a step")
 
@@ -87,12 +89,10 @@ class BulletDefaults(Engine):
         return {Convention.CLAMPED: "no coordinate of a velocity exceeds 100"}
 
     def effective_motion(self, A: Kind, B: Kind, motion: Motion, rows: tuple[Array, Array]) -> Motion:
-        """Give capsules the inertia of the box around them."""
-        bodies = [
-            _boxed(body, packed) if kind is Capsule else body
-            for kind, body, packed in zip((A, B), (motion.a, motion.b), rows, strict=True)
-        ]
-        return replace(motion, a=bodies[0], b=bodies[1])
+        """Give bodies the inertia that Bullet takes from their shapes, whatever the scene's own."""
+        kinds, bodies = (A, B), (motion.a, motion.b)
+        a, b = (_of_shape(kind, body, packed) for kind, body, packed in zip(kinds, bodies, rows, strict=True))
+        return replace(motion, a=a, b=b)
 
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
         """Answer one scene in 1 ms."""
@@ -104,6 +104,16 @@ class BulletDefaults(Engine):
         """Write the script of one scene; needs pybullet only."""
         self.require(query, A, B)
         return impacts.script(A, row_a, B, row_b, impacts.BY_DEFAULT)
+
+
+def _of_shape(kind: Kind, body: Moving, packed: Array) -> Moving:
+    """Inertia of a solid of uniform density; a capsule's is that of the box around it."""
+    if kind is HalfSpace:
+        return body
+    if kind is Capsule:
+        return _boxed(body, packed)
+    inertia = mass_properties(kind.unpack(packed)).of_mass(1 / np.where(body.inverse_mass > 0, body.inverse_mass, 1.0))
+    return replace(body, inertia=(inertia + np.swapaxes(inertia, -1, -2)) / 2)
 
 
 def _boxed(body: Moving, capsules: Array) -> Moving:
