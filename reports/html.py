@@ -47,7 +47,7 @@ def render(run: Run) -> str:
         queries=QUERIES,
         shows=cells.SHOWS,
         style=_style(environment, len(named)),
-        script=_own(environment, "report.js") + viewer.script(),
+        script=script(environment),
     )
 
 
@@ -55,6 +55,11 @@ def page(template: str, **values: object) -> str:
     """Return another page in the report's style, without a script."""
     environment = _environment()
     return environment.get_template(template).render(**values, style=_style(environment, 0))
+
+
+def script(environment: Environment | None = None) -> str:
+    """Return the one script of the report."""
+    return _own(environment or _environment(), "report.js") + viewer.script()
 
 
 def column_groups(table: Table) -> list[tuple[str, int]]:

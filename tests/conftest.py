@@ -50,7 +50,8 @@ def regimes_in_turn(pair: tuple[type[Proxy], type[Proxy]]) -> list[str]:
     names = list(REGIMES)
     if set(pair) <= QUICK or effort() > 10:
         return names
-    return names[list(TABLE).index(pair) % TURNS :: TURNS]
+    turn = list(TABLE).index(pair if pair in TABLE else pair[::-1])
+    return names[turn % TURNS :: TURNS]
 
 
 def name_of(pair: object) -> str:

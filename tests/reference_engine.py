@@ -80,6 +80,9 @@ class Desk:
     def name(self) -> str:
         return self.engine.name
 
+    def renew(self) -> None:
+        """An engine of this process remembers nothing."""
+
     def ask(self, scene: Scene) -> Answers:
         first, second = scene.rows
         return self.answer(scene.cell, (first[None], second[None]))

@@ -34,16 +34,10 @@ FORGETFUL = [m for m in MUTANTS.values() if m.comes_back and not m.engine.rememb
 STATEFUL = [m for m in MUTANTS.values() if m.engine.remembers]
 QUICK = (
     "caps-missing",
-    "witness-in-own-frame",
     "edge-axes-missing",
-    "gjk-three-steps",
-    "third-face-missing",
     "contact-flipped",
-    "depth-clamped",
     "inside-misses",
-    "normal-of-exit",
     "spin-forgotten",
-    "cone-twice",
     "crashes-when-equal",
 )
 
@@ -61,12 +55,12 @@ def test_the_right_engine_has_all_queries_and_enough_pairs() -> None:
     assert len({cell.pair for cell in supported}) == 25
 
 
-def test_the_right_engine_gives_no_finding_in_twenty_thousand_scenes() -> None:
+def test_the_right_engine_gives_no_finding_in_thousands_of_scenes() -> None:
     engine, kinds = Textbook(), Counter[Kind]()
     for cell in cells():
         if not engine.support(cell.query, cell.type_a, cell.type_b):
             continue
-        for batch in batches(cell, seed=11, each=20 if cell.query != IMPACT else 50):
+        for batch in batches(cell, seed=11, each=6 if cell.query != IMPACT else 15):
             answers = answered(engine, cell, batch)
             found = Judges(engine).screen(cell, batch.a, batch.b, batch.motion, answers)
             kinds.update(found.kind)
@@ -74,7 +68,7 @@ def test_the_right_engine_gives_no_finding_in_twenty_thousand_scenes() -> None:
                 verdict = Judges(engine).convict(scene := batch.scene(cell.query, i), take(answers, [i]))
                 assert verdict.kind not in FINDINGS, (scene, verdict.claim)
     assert kinds[Kind.AGREES] > 0.9999 * kinds.total()
-    assert kinds[Kind.AGREES] > 20_000
+    assert kinds[Kind.AGREES] > 6_000
 
 
 @pytest.mark.soak
