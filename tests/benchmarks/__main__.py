@@ -1,12 +1,13 @@
 """Print µs a pair, beside the engines: ``python -m tests.benchmarks [--write] [types or pairs]``.
 
 Batches of 10 000 by the reference, and one by one by python-fcl and PyBullet, each in one thread. Ratios count how many
-times the engine's rate the reference has; the asked ones are 10 for closed forms and finite searches, else 1.
+times the engine's rate the reference has; the asked ones are 10 for closed forms and finite searches, else 1. The
+columns "shared" are of the same batch as a caller gets it by default, shared by a thread for each processor, by the
+clock on the wall.
 """
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 
@@ -19,7 +20,6 @@ from oracles.engine import Engine, EngineUnavailable
 from oracles.engines.bullet_engine import BulletEngine
 from oracles.engines.fcl_engine import FclEngine
 from refimpl.pairs import ITERATIVE, TABLE
-from refimpl.threads import SETTING
 from tests.accuracy import merge
 from tests.benchmarks import rates, scenes
 
@@ -41,12 +41,16 @@ def engines() -> dict[str, Engine]:
 def measured(pair: tuple[type, type], against: dict[str, Engine]) -> dict[str, float | None]:
     """Times of a pair in µs, and rates as multiples of the engines'."""
     a, b = scenes.batch_of(pair)
-    ours = rates.in_batch(a, b)
-    row: dict[str, float | None] = {"alone_us": rates.alone(a, b), "batch_us": ours, "fcl": None, "bullet": None}
+    with rates.threads(1):
+        ours, alone = rates.in_batch(a, b), rates.alone(a, b)
+    with rates.threads(None):
+        shared = rates.in_batch(a, b, time.perf_counter)
+    row: dict[str, float | None] = {"alone_us": alone, "batch_us": ours, "shared_us": shared}
     for name, engine in against.items():
         theirs = rates.engine_loop(engine, a, b)
         row[f"{name}_us"] = theirs
         row[name] = None if theirs is None else theirs / ours
+        row[f"{name}_shared"] = None if theirs is None else theirs / shared
     return row
 
 
@@ -57,7 +61,8 @@ def shown(value: float | None, form: str = "{:.1f}") -> str:
 def pairs_table(words: list[str], write: bool) -> None:
     """Measure and print the pairs that a word names, and keep each at once if asked to."""
     against = engines()
-    table = Table("pair", "class", "alone µs", "batch µs", "FCL µs", "Bullet µs", "× FCL", "× Bullet", "asked")
+    titles = ("pair", "class", "alone µs", "batch µs", "shared µs", "FCL µs", "Bullet µs", "× FCL", "× Bullet")
+    table = Table(*titles, "× FCL shared", "× Bullet shared", "asked")
     chosen = [p for p in TABLE if not words or {p[0].__name__, p[1].__name__, _name(p, "-")} & set(words)]
     for pair in track(chosen, description="measuring", transient=True):
         row, exactness = measured(pair, against), TABLE[pair].exactness
@@ -70,11 +75,12 @@ def pairs_table(words: list[str], write: bool) -> None:
             exactness,
             shown(row["alone_us"], "{:.0f}"),
             shown(row["batch_us"], "{:.2f}"),
-            *(shown(row.get(key)) for key in ("fcl_us", "bullet_us", "fcl", "bullet")),
+            shown(row["shared_us"], "{:.2f}"),
+            *(shown(row.get(key)) for key in ("fcl_us", "bullet_us", "fcl", "bullet", "fcl_shared", "bullet_shared")),
             "; ".join(missed) or "✓",
         )
         if write:
-            merge({_name(pair, "–"): {key: row[key] for key in ("alone_us", "batch_us", "fcl", "bullet")}})
+            merge({_name(pair, "–"): {key: row.get(key) for key in ("alone_us", "batch_us", "fcl", "bullet")}})
     Console(width=150).print(table)
 
 
@@ -88,7 +94,8 @@ def meshes() -> None:
     a, b = scenes.large_hulls(1000)
     faces = a.hull.planes.shape[-2]
     print(f"hull of {faces} faces derived in {time.perf_counter() - began:.2f} s")
-    ours = rates.in_batch(a, b)
+    with rates.threads(1):
+        ours = rates.in_batch(a, b)
     lines = [f"hull against the same: {ours:.1f} µs in a batch, {rates.alone(a, b):.0f} µs alone"]
     for name, engine in engines().items():
         theirs = rates.engine_loop(engine, a, b)
@@ -107,7 +114,6 @@ def meshes() -> None:
 
 def main(arguments: list[str]) -> None:
     """Measure everything, or what is named."""
-    os.environ[SETTING] = "1"  # engines have no more
     words = [word for word in arguments if not word.startswith("-")]
     if words != ["meshes"]:
         pairs_table([word for word in words if word != "meshes"], "--write" in arguments)
