@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any, ParamSpec, TypeVar
 
@@ -19,6 +20,23 @@ CONNECT_LIMIT = 10.0
 
 class ClusterUnavailable(RuntimeError):
     """There is no cluster to be had; the text says why, and the way out."""
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Collect no garbage within the block, but all of it before.
+
+    A client that found no scheduler closes itself when it is collected. While another starts, it would wait for ever:
+    both need the lock of distributed's loop.
+    """
+    gc.collect()
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 class Cluster(Executor):
@@ -39,7 +57,8 @@ class Cluster(Executor):
         except ImportError:
             raise ClusterUnavailable("--dask needs distributed: pip install 'proxyproof[dask]'") from None
         try:
-            self._client = distributed.Client(address, timeout=CONNECT_LIMIT, set_as_default=False)
+            with uncollected():
+                self._client = distributed.Client(address, timeout=CONNECT_LIMIT, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             said = str(error).strip() or type(error).__name__
             raise ClusterUnavailable(f"no Dask scheduler answers at {address!r}: {said}") from None

@@ -86,7 +86,7 @@ def proven(a: Proxy, b: Proxy) -> Certificate:
 def test_certificates_enclose_the_truth_in_every_regime(A: type[Proxy], B: type[Proxy]) -> None:
     signs = set()
     for regime in REGIMES:
-        a, b = scenes_of((A, B), regime, effort())
+        a, b = scenes_of((A, B), regime, max(4, effort() // 2))
         for i in range(len(a)):
             signs.add(proven(a[i], b[i]).upper > 0)
     assert signs == {False, True}
@@ -97,7 +97,7 @@ def test_certificates_enclose_the_truth_in_every_regime(A: type[Proxy], B: type[
 def test_ray_certificates_enclose_the_truth_in_every_regime(B: type[Proxy], ray_first: bool) -> None:
     ends = set()
     for regime in REGIMES:
-        ray, b = scenes_of((Ray, B), regime, effort())
+        ray, b = scenes_of((Ray, B), regime, max(4, effort() // 2))
         for i in range(len(ray)):
             certificate = proven(ray[i], b[i]) if ray_first else proven(b[i], ray[i])
             ends.add({0.0: "inside", INF: "missed"}.get(float(certificate.upper), "hit"))
