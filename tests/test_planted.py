@@ -34,8 +34,6 @@ FORGETFUL = [m for m in MUTANTS.values() if m.comes_back and not m.engine.rememb
 STATEFUL = [m for m in MUTANTS.values() if m.engine.remembers]
 QUICK = (
     "caps-missing",
-    "edge-axes-missing",
-    "contact-flipped",
     "inside-misses",
     "spin-forgotten",
     "crashes-when-equal",
