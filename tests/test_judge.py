@@ -26,7 +26,7 @@ from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, Sc
 from refimpl import Box, Capsule, Composite, Ellipsoid, HalfSpace, Point, Proxy, Ray, Sphere, distance, raycast
 from refimpl.linear import Array
 from refimpl.pairs import TABLE
-from refimpl.proof import check
+from refimpl.proof import certify, check
 from tests.conftest import name_of, regimes_in_turn, scenes_of
 from tests.wrong_engines import Honest
 
@@ -425,3 +425,17 @@ def test_the_audit_sees_a_wrong_normal_or_witness(name: str, monkeypatch: pytest
     monkeypatch.setattr(oracles.audit, "reference_answers", off)
     for scene in (APART, deep):
         assert audit(scene.a, scene.b).kind is Verdicts.REFERENCE_WRONG
+
+
+@pytest.mark.xfail(strict=True, raises=AssertionError, reason="undecided, though the reference's answer is exact")
+def test_a_ray_that_leaves_from_just_outside_a_half_space_is_judged() -> None:
+    """It starts 1e-17 above the plane, and its certificate proves that it misses."""
+    ray = Ray(
+        [0.0068599498034951165, 0.0024774137905935476, -0.0013982291509301308],
+        [-1.5681913771978957, -0.5663392671154143, 0.31963658053564753],
+    )
+    solid = HalfSpace([0.17202561693328822, -0.7450203204314866, 0.6444780130174237], 0.0015667644639662526)
+    assert certify(ray, solid).lower == math.inf
+    engine = Exact(absolute=0.0, relative=10 * error_of(ray, solid))
+    answers = reference_answers(RAYCAST, ray[None], solid[None])
+    assert Judge(engine).convict(Scene(RAYCAST, ray, solid, "here"), answers).kind is Verdicts.AGREES
