@@ -291,13 +291,19 @@ def test_whatever_is_killed_while_nothing_is_asked_is_replaced(patient: EngineWo
 def killer(at_work: EngineWorker, times: int, which: slice, at: int) -> threading.Thread:
     """Kills some of the processes so many times while a scene is asked."""
 
+    killed: set[int] = set()
+
+    def ready() -> bool:
+        """A process that is killed keeps its number and its children for a moment: it must not be counted again."""
+        found = processes_of(at_work)
+        return at_work._guarded.board.at[0] == at and len(found) == 3 and killed.isdisjoint(found)
+
     def work() -> None:
         for _ in range(times):
-            assert eventually(lambda: at_work._guarded.board.at[0] == at and len(processes_of(at_work)) == 3)
-            chosen = set(processes_of(at_work)[which])
+            assert eventually(ready)
+            chosen = processes_of(at_work)[which]
+            killed.update(chosen)
             kill(*chosen)
-            while chosen & set(marked(OURS)):
-                time.sleep(0.01)
 
     thread = threading.Thread(target=work)
     thread.start()

@@ -146,8 +146,7 @@
     const target = document.getElementById(location.hash.slice(1));
     if (!target) return;
     if (target.closest("[hidden]")) {
-      form.reset();
-      apply();
+      restore("");
       keep();
     }
     for (let box = target.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
@@ -189,7 +188,7 @@
   document.querySelectorAll(".command code").forEach(copyButton);
   form.addEventListener("input", () => { apply(); keep(); });
   form.addEventListener("submit", (event) => event.preventDefault());
-  form.addEventListener("reset", () => { sort = ""; setTimeout(() => { sortRows(); apply(); keep(); }); });
+  form.addEventListener("reset", (event) => { event.preventDefault(); restore(""); keep(); });
   document.addEventListener("click", (event) => {
     const link = event.target.closest("a[href^='?']");
     if (!link) return;
