@@ -9,6 +9,7 @@ from refimpl.bounds import aabb, bounding_sphere
 from refimpl.contacts import Contacts, contacts
 from refimpl.loading import from_trimesh, load_hulls, load_polyhedron
 from refimpl.mass import MassProperties, mass_properties
+from refimpl.motions import RigidMotion, Translation
 from refimpl.pairs import table
 from refimpl.proof import certify
 from refimpl.queries import collide, distance, intersect, raycast
@@ -51,9 +52,11 @@ __all__ = [
     "Proxy",
     "Ray",
     "RayHit",
+    "RigidMotion",
     "Separation",
     "ShapeError",
     "Sphere",
+    "Translation",
     "UnsupportedOperation",
     "aabb",
     "bounding_sphere",
