@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from refimpl.proof.bodies import Mix
 from refimpl.proof.exact import Vertex, smallest
-from refimpl.proof.points import ZERO, Vector, along, dot, minus, opposite, rationals, root
+from refimpl.proof.points import ZERO, Vector, along, dot, exact, minus, opposite, rationals, root
 from refimpl.proof.rays import Hit, tube
 from refimpl.proof.rays_polytopes import entry, shares_of
 from refimpl.proof.reaches import Pairs, Reach
@@ -157,7 +157,7 @@ def _is_beyond(n: Vector, height: Fraction, room: Fraction) -> int:
 def _feature(points: Sequence[Vector], way: Vector, room: Fraction, n: Vector) -> Hit | None:
     """When the ray from 0 comes within a distance of a corner, an edge or a facet's plane across n."""
     if len(points) < 3:
-        return tube(ZERO, way, points[0], points[-1], room)
+        return tube(exact(ZERO), exact(way), exact(points[0]), exact(points[-1]), room)
     rate = dot(n, way)
     if rate >= 0:
         return None
@@ -181,10 +181,9 @@ def _touching(pairs: Pairs, n: Vector, hit: Hit, radius: Fraction) -> Contact:
 
 
 def landing(half: HalfSpace, other: Proxy, way: Vector) -> Contact | Miss:
-    """First contact of a half-space that rests and a bounded proxy that moves: its lowest point lands."""
+    """First contact of a half-space that rests and another proxy that moves: its lowest point lands."""
     n, k = rationals(half.normal), Fraction(half.k.tolist())
-    reach = Reach(other, True)
-    point, mix, slack = reach.extreme(opposite(n))
+    point, mix, slack = _lowest(other, n)
     height, rate = dot(n, point) + k, -dot(n, way)
     if height - slack > 0 >= rate:
         return Miss(tuple(half.normal.tolist()))
@@ -192,3 +191,11 @@ def landing(half: HalfSpace, other: Proxy, way: Vector) -> Contact | Miss:
         raise Undecided
     low, high = (height - slack) / rate, height / rate
     return Contact(low, tuple(half.normal.tolist()), high, ((along(point, high, way), ()), (point, mix)))
+
+
+def _lowest(shape: Proxy, n: Vector) -> tuple[Vector, Mix, Fraction]:
+    """Least far point along n, its corner if it is one, and how much less far at most the proxy reaches, times ‖n‖."""
+    if not isinstance(shape, HalfSpace):
+        return Reach(shape, True).extreme(opposite(n))
+    m = rationals(shape.normal)  # the opposite direction, for half-spaces that are apart
+    return along(ZERO, -Fraction(shape.k.tolist()) / dot(m, m), m), (), Fraction(0)

@@ -26,12 +26,17 @@ STEPS = 80
 """Planes; a contact that grazes takes one for each bit of its time."""
 DOUBT = 2.0**-46
 """Part of the scene by which two proxies may be apart in doubles and in truth touch, and more."""
+GRAZE = 2.0**-11
+"""Part of its speed at which B comes nearer to A, at a contact that doubles do not tell well."""
+ROUNDING = 2.0**-50
+"""Part of the scene by which two proxies may overlap in doubles and in truth be apart."""
 
 
 class Advance(NamedTuple):
     """What is found for each row: see `SweepHit`, with the point and the normal where A rests.
 
-    In doubt is whether two proxies that come as near as rounding errors touch; then this is their nearest approach.
+    In doubt is whether two proxies that come as near as rounding errors touch, or when; then this is their nearest
+    approach in doubles.
     """
 
     t: Array
@@ -126,6 +131,10 @@ def _by_planes(x: Proxy, y: Proxy, way: Array) -> Advance:
         if not len(active):
             break
     found.doubtful[active] = True
+    with np.errstate(invalid="ignore"):
+        slow = -dot(found.normal, way) <= GRAZE * norm(way)
+    found.doubtful[:] |= (found.t > 0) & np.isfinite(found.t) & slow
+    found.doubtful[:] |= (found.t == 0) & (least > -ROUNDING * size)
     found.t_lower[:] = np.where(found.t > 0, np.clip(found.t_lower, 0.0, found.t), found.t)
     return found
 
