@@ -124,6 +124,7 @@ def _by_planes(x: Proxy, y: Proxy, way: Array) -> Advance:
         found.normal[rows], found.t_lower[rows] = apart.normal[nearer & ~met], early[nearer & ~met]
         gone = ~met & (later > 1)
         found.doubtful[active[gone]] = least[active[gone]] <= DOUBT * size[active[gone]]
+        found.doubtful[active[met]] = (speed <= GRAZE * norm(w))[met]
         going = ~met & ~gone & (later > t[active])
         t[active] = np.where(going, later, t[active])
         _forget(found, active[gone & ~found.doubtful[active]])
@@ -134,7 +135,7 @@ def _by_planes(x: Proxy, y: Proxy, way: Array) -> Advance:
     with np.errstate(invalid="ignore"):
         slow = -dot(found.normal, way) <= GRAZE * norm(way)
     found.doubtful[:] |= (found.t > 0) & np.isfinite(found.t) & slow
-    found.doubtful[:] |= (found.t == 0) & (least > -ROUNDING * size)
+    found.doubtful[:] = np.where(found.t == 0, least > -ROUNDING * size, found.doubtful)
     found.t_lower[:] = np.where(found.t > 0, np.clip(found.t_lower, 0.0, found.t), found.t)
     return found
 
