@@ -27,7 +27,7 @@ PAIRS = ("Sphere–Box", "Capsule–Capsule", "Sphere–Sphere", "Sphere–Capsu
 
 
 def workload(engines: Sequence[str], seed: int) -> list[Task]:
-    """Bulk passes and as many hunts; enough of them that the one that ends last, alone, counts as little as in a run."""
+    """Bulk passes and as many hunts: so many that the one that ends last, alone, counts little, as in a run."""
     pairs = wanted_pairs(PAIRS)
     targets = [(engines[0], Cell(c.query, c.type_a, c.type_b)) for p in pairs for c in cells_of(p) if c.query != IMPACT]
     asked = [(engine, cell) for engine, cell in targets if not (engine == "fcl" and cell.query == "raycast")]
