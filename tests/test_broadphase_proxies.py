@@ -111,7 +111,7 @@ def test_queries_of_proxies() -> None:
     ray = expected.query_rays([0, 0, 5], [0, 0, -1])
     away = expected.query_rays([0, 0, 9], [0, 0, 1])
     boxes = expected.query_boxes([[1, 1, 1], [0.5] * 3, [8.5] * 3], [[1, 1, 1], [1.5] * 3, [9.5] * 3])
-    assert found.tolist() == [*ray.tolist(), *(boxes + [1, 0]).tolist(), *(away + [4, 0]).tolist()]
+    assert found.tolist() == [*ray.tolist(), *np.add(boxes, (1, 0)).tolist(), *np.add(away, (4, 0)).tolist()]
     assert len(away) < len(ray) < len(lower)
 
 
