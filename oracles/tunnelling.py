@@ -86,6 +86,11 @@ def expected(flight: Flight) -> float:
     return max(0.0, 1 - flight.overlap / flight.advance)
 
 
+def pushed_through(flight: Flight) -> float:
+    """Share of all moments at which no step falls into the first half of the overlap, out of which the way is back."""
+    return max(0.0, 1 - flight.overlap / 2 / flight.advance)
+
+
 def _scene(flight: Flight) -> tuple[Sphere, AABB]:
     centres = np.column_stack([flight.starts, *np.broadcast_to(np.array(BESIDE)[:, None], (2, MOMENTS))])
     half = [flight.thickness / 2, HALF_SIDE, HALF_SIDE]
@@ -106,7 +111,7 @@ def by_sweep(flight: Flight) -> float:
 
 @contextmanager
 def bullet(swept: bool, maximal: bool) -> Iterator[Watch]:
-    """PyBullet as it comes; with a swept sphere of the ball's radius; and with bodies in maximal coordinates."""
+    """PyBullet, without its damping: as it comes, with a swept sphere of the ball's radius, in maximal coordinates."""
     engine = import_bullet()
     client = engine.connect(engine.DIRECT)
 
@@ -136,6 +141,7 @@ def _bullet_world(engine: Any, client: int, flight: Flight, swept: bool, maximal
     ball = engine.createCollisionShape(engine.GEOM_SPHERE, radius=RADIUS, physicsClientId=client)
     engine.createMultiBody(0.0, wall, useMaximalCoordinates=maximal, physicsClientId=client)
     body = engine.createMultiBody(1.0, ball, useMaximalCoordinates=maximal, physicsClientId=client)
+    engine.changeDynamics(body, -1, linearDamping=0, physicsClientId=client)  # it grows with the speed: 90 soon is 31
     if swept:
         engine.changeDynamics(body, -1, ccdSweptSphereRadius=RADIUS, physicsClientId=client)
     return int(body)

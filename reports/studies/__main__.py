@@ -47,16 +47,17 @@ TEXTS: dict[ModuleType, tuple[str, str]] = {
     ),
     tunnelling: (
         "Through the wall",
-        "A ball flies at a thin wall. Static detection looks at the end of each time step and sees nothing in between: "
-        "with x the way of a step over the way on which ball and wall overlap (thickness and diameter), a share "
-        "1 − 1/x of all arrivals tunnels once x > 1. Dynamic detection, `refimpl.sweep`, sees every one. PyBullet by "
-        "default lets 1 − 1/(2x) through, from x = 1/2 on: a ball that it first sees with its centre past the middle "
-        "of the wall is pushed out behind it. `ccdSweptSphereRadius` changes nothing of that, to the last number, "
-        "unless both bodies are created with `useMaximalCoordinates`; then nothing tunnels. FCL's `continuousCollide`, "
-        "asked for each step: the naive solver looks at 10 times, 9 ways apart, and tunnels from x = 9 on, by design; "
-        "conservative advancement does not, but for `CCDM_SCREW`, which moves a body that does not turn by the square "
-        "of its way: shorter steps are not gone to the end, longer ones too far (a wrong time, which this table does "
-        "not show). `CCDM_LINEAR` is left out, for its answers differ from process to process.",
+        "A ball flies at a thin wall. Static detection looks at the end of each time step and sees nothing in "
+        "between: with x the way of a step over the way on which ball and wall overlap (thickness and diameter), a "
+        "share 1 − 1/x of all arrivals tunnels once x > 1. Dynamic detection, `refimpl.sweep`, sees every one. "
+        "PyBullet by default, but without its damping, lets 1 − 1/(2x) through, from x = 1/2 on: a ball that it first "
+        "sees with its centre past the middle of the wall is pushed out behind it. `ccdSweptSphereRadius` changes "
+        "nothing of that, to the last number, unless the ball is created with `useMaximalCoordinates`; then nothing "
+        "tunnels. FCL's `continuousCollide`, asked for each step: the naive solver looks at 10 times, 9 ways apart, "
+        "and tunnels from x = 9 on, by design; conservative advancement does not, but for `CCDM_SCREW`, which moves a "
+        "body that does not turn by the square of its way: shorter steps are not gone to the end, longer ones too far "
+        "(a wrong time, which this table does not show). `CCDM_LINEAR` is left out, for its answers differ from "
+        "process to process.",
     ),
 }
 
