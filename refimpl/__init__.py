@@ -33,6 +33,7 @@ from refimpl.shapes import (
     UnsupportedOperation,
 )
 from refimpl.supports import support, support_point
+from refimpl.sweeps import SweepHit, SweptShape, sweep, swept
 
 __all__ = [
     "AABB",
@@ -56,6 +57,8 @@ __all__ = [
     "Separation",
     "ShapeError",
     "Sphere",
+    "SweepHit",
+    "SweptShape",
     "Translation",
     "UnsupportedOperation",
     "aabb",
@@ -72,5 +75,7 @@ __all__ = [
     "raycast",
     "support",
     "support_point",
+    "sweep",
+    "swept",
     "table",
 ]
