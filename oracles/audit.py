@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 
 import numpy as np
 
@@ -11,14 +10,13 @@ from oracles.answers import reference_answers
 from oracles.claims import Questioned
 from oracles.course import Course
 from oracles.outcome import Kind, Severity, Verdict
-from oracles.reference import SEARCH_ERROR, error_of, proven
+from oracles.reference import SEARCH_ERROR, allows, error_of, proven
 from oracles.scene import DISTANCE, RAYCAST, Scene
 from oracles.sweep_claims import SweptRows
-from oracles.sweep_reference import error_of_time, proven_sweep, sweep_answers
+from oracles.sweep_reference import error_of_time, proven_sweep, stands, sweep_answers
 from refimpl import Proxy, Ray, distance, raycast
 from refimpl.proof import InvalidCertificate
 from refimpl.proof.certify import round_down, round_up
-from refimpl.proof.claims import Bound
 
 REFUSED, OUTSIDE = "certificate refused", "reference outside its proof"
 
@@ -39,7 +37,7 @@ def _audit_sweep(scene: Scene, course: Course) -> Verdict:
     value = float(answers.t[0])
     rows = SweptRows(scene.query, a, b, zero, zero, answers, np.ones(1, dtype=bool), course=moving)
     known_to = error * float(course.way(scene.a, scene.b)) + error_of(scene.a, scene.b) * scene.size
-    broken = "" if allows(lower, upper, value, error) else OUTSIDE
+    broken = "" if stands(value, (lower, upper), scene.a, scene.b, course) else OUTSIDE
     broken = broken or _broken(rows, known_to)
     bounds = round_down(lower), round_up(upper)
     if not broken:
@@ -93,11 +91,3 @@ def _broken(rows: Questioned, known_to: float) -> str:
             if excess[0] > allowed:
                 return symptom
     return ""
-
-
-def allows(lower: Bound, upper: Bound, value: float, error: float) -> bool:
-    """Whether `value` lies in the proven interval, but for the error that the reference is allowed."""
-    if math.isinf(value):
-        return value == lower == upper or (value < 0 and lower == value)
-    slack = Fraction(error)
-    return lower - slack <= Fraction(value) <= upper + slack

@@ -16,7 +16,7 @@ import numpy as np
 
 from oracles.answers import take
 from oracles.engine import Answers, Convention
-from oracles.reference import UNIONS, error_of, kept, proven, signed
+from oracles.reference import UNIONS, allows, error_of, kept, proven, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Scene
 from refimpl import KDOP, Box, Capsule, Composite, Cylinder, HalfSpace, Point, Proxy, Ray, distance
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
@@ -63,8 +63,8 @@ class Proof:
     ----------
     interval
         Of that number; `proves` is what the certificate itself proves of `scene`.
-    value, error
-        What the reference says in floats of what the certificate proves, and by how much it may be off.
+    value, fits
+        What the reference says in floats of what the certificate proves, and whether that is near enough.
     """
 
     certificate: Certificate | SweepCertificate
@@ -72,7 +72,7 @@ class Proof:
     proves: tuple[Bound, Bound]
     scene: Scene
     value: float
-    error: float
+    fits: bool
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,8 @@ class Claim:
         certificate, interval = proven(x, y)
         query = scene.query if scene.course is None else DISTANCE
         about, sigma = Scene(query, x, y, scene.regime, scene.source), float(distance(x, y).distance)
-        return Proof(certificate, interval, interval, about, sigma, error_of(x, y) * max(about.size, abs(sigma)))
+        fits = allows(*interval, sigma, error_of(x, y) * max(about.size, abs(sigma)))
+        return Proof(certificate, interval, interval, about, sigma, fits)
 
     def measured(self, worst: Array, doubt: Array) -> Array:
         """Error of the value at least, given the larger violation and what it may err by; NaN where it has none.

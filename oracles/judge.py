@@ -14,7 +14,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from oracles.audit import OUTSIDE, REFUSED, allows, audit_of
+from oracles.audit import OUTSIDE, REFUSED, audit_of
 from oracles.claims import NEITHER, NOT_A_NUMBER, Claim, Proof, Questioned
 from oracles.course import Course
 from oracles.engine import Answers, Engine
@@ -186,7 +186,7 @@ class Judge:
         except InvalidCertificate as refused:
             return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=scene)
         lower, upper = known.proves
-        if not allows(lower, upper, known.value, known.error):
+        if not known.fits:
             text = f"refimpl says {known.value!r}, but the proven interval is [{float(lower)!r}, {float(upper)!r}]"
             bounds = round_down(lower), round_up(upper)
             return Verdict(

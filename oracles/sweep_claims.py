@@ -24,13 +24,18 @@ from oracles.claims import BOOL, LARGEST, ROUNDING, VALUE, WITNESS, Claim, Proof
 from oracles.course import Course
 from oracles.reference import signed
 from oracles.scene import SWEEP, Scene, size_of
-from oracles.sweep_reference import FirstContact, error_of_time, first_contacts, in_lengths, proven_sweep
+from oracles.sweep_reference import (
+    FACTOR,
+    STEPS,
+    FirstContact,
+    error_of_time,
+    first_contacts,
+    in_lengths,
+    proven_sweep,
+    stands,
+)
 from refimpl import Capsule, HalfSpace, Point, Proxy, Sphere
 from refimpl.linear import Array, Bools, dot, scale
-
-STEPS, FACTOR = 16, 4.0
-"""Times at which one looks how deep the two have got into each other: so many, each so much later than the one before;
-they reach down to a billionth of the way, for bodies that are through each other soon."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +66,8 @@ class WayClaim(Claim):
         certificate, interval = proven_sweep(x, y, course)
         about = Scene(SWEEP, x, y, scene.regime, scene.source, course)
         time = float(first_contacts(self.x[:1], self.y[:1], self.course[:1]).t[0])
-        error = float(error_of_time(course))
-        return Proof(certificate, in_lengths(interval, float(self.way[0])), interval, about, time, error)
+        fits = stands(time, interval, x, y, course)
+        return Proof(certificate, in_lengths(interval, float(self.way[0])), interval, about, time, fits)
 
 
 @dataclass(frozen=True)
@@ -208,9 +213,10 @@ class SweptRows(Questioned):
         n, until = len(self.a), self.way * self.time
         missed, false = (self.answers.hit == 0) & self.answered, self.hit & ~self.first.hit
         cap = np.where(self._late | missed, self._depths[1], self._gap)
-        bounds = np.where(missed, self.way, -np.inf), np.where(false, until, np.inf)
-        words = claims.SWEEP_MISSED, claims.SWEEP_FALSE
-        yield self._way_claim(bounds, words, BOOL, missed | false, cap, None)
+        bounds = np.where(missed, self.way, -np.inf), np.full(n, np.inf)
+        yield self._way_claim(bounds, (claims.SWEEP_MISSED, ""), BOOL, missed, cap, None)
+        bounds = np.full(n, -np.inf), np.where(false, until, np.inf)
+        yield self._way_claim(bounds, ("", claims.SWEEP_FALSE), VALUE, false, cap, None)
         timed = self.hit & self.first.hit
         bounds = np.where(timed, until, -np.inf), np.where(timed, until, np.full(n, np.inf))
         yield self._way_claim(bounds, (claims.LATE, claims.EARLY), VALUE, timed, cap, timed)

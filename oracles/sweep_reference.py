@@ -11,6 +11,8 @@ import numpy as np
 from oracles.clock import timed
 from oracles.course import Course
 from oracles.engine import COLUMNS, WIDTH, Answers
+from oracles.reference import SEARCH_ERROR, signed
+from oracles.scene import size_of
 from refimpl import Proxy, sweep
 from refimpl.linear import Array, Bools
 from refimpl.motions import Motion
@@ -21,6 +23,10 @@ MOST_KEPT, MOST_PROVEN = 64, 1_000
 
 TIME_ERROR, TURNING_ERROR = 1e-12, 1e-9
 """By how much the reference's time may be off, of translations and of turning bodies."""
+
+STEPS, FACTOR = 16, 4.0
+"""Times at which one looks how deep the two have got into each other: so many, each so much later than the one before;
+they reach down to a billionth of the way, for bodies that are through each other soon."""
 
 _kept: OrderedDict[tuple[object, ...], FirstContact] = OrderedDict()
 _proven: OrderedDict[tuple[object, ...], Proven] = OrderedDict()
@@ -104,6 +110,30 @@ def sweep_answers(a: Proxy, b: Proxy, course: Course) -> Answers:
 def error_of_time(course: Course) -> Array:
     """By how much the reference's time may be off, (...)."""
     return np.where(course.turns, TURNING_ERROR, TIME_ERROR)
+
+
+def stands(t: float, interval: tuple[Bound, Bound], a: Proxy, b: Proxy, course: Course) -> bool:
+    """Whether the reference's time is within a proven interval, or as near to it as it may be.
+
+    Where bodies graze each other, the rounding of their places moves the time by much more than its own: then they
+    touch at that time, or never get into each other, up to that rounding.
+    """
+    error, (lower, upper) = float(error_of_time(course)), interval
+    if t == lower == upper or lower - error <= t <= upper + error:
+        return True
+    room = SEARCH_ERROR * float(size_of(a, b, course)) + error * float(course.way(a, b))
+    if np.isfinite(t):
+        return abs(_apart(a, b, course, t)) <= room
+    begin = float(upper)
+    times = [begin, *(begin + (1.0 - begin) * FACTOR**-power for power in range(STEPS))]
+    return min(_apart(a, b, course, time) for time in times) >= -room
+
+
+def _apart(a: Proxy, b: Proxy, course: Course, t: float) -> float:
+    """Signed distance at a time; of overlapping unions that of the deepest pieces."""
+    x, y = course.at(a, b, t)
+    low, high = signed(x[None], y[None], np.ones(1, dtype=bool))
+    return float(high[0] if high[0] < 0 else low[0])
 
 
 def in_lengths(interval: tuple[Bound, Bound], way: float) -> tuple[Bound, Bound]:

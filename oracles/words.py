@@ -41,6 +41,17 @@ TRUTHS = {
 """What a certificate proves, symptom by symptom, where it is not the signed distance of the pair itself."""
 
 
+AT_ITS_TIME = "where the two are at that time, their signed distance is proven to be {}"
+BEFORE_ITS_TIME = "where the two are at a time before that, their signed distance is proven to be {}"
+TRUTHS_OF_SWEEPS = {
+    claims.SWEEP_FALSE: AT_ITS_TIME,
+    claims.EARLY: AT_ITS_TIME,
+    claims.LATE: BEFORE_ITS_TIME,
+    claims.SWEEP_MISSED: "where the two are at a time from 0 to 1, their signed distance is proven to be {}",
+}
+"""The same where a sweep is refuted by the shapes as they are at one time."""
+
+
 def said_of(query: str, answers: Answers) -> str:
     """What the engine said of one scene, in full precision."""
     if query == BOOLEAN:

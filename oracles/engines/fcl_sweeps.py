@@ -2,7 +2,8 @@
 
 Of the four solvers two exist. The naive one looks at `num_max_iterations` times and tunnels by design; conservative
 advancement goes on by steps that are proven to be free, and stops when one is shorter than 1e-4 of the time, whatever
-`toc_err` says. It is asked here, with FCL's own GJK (`GST_INDEP`): with libccd, the default, it comes too late on boxes and misses capsules.
+`toc_err` says. It is asked here, with FCL's own GJK (`GST_INDEP`): with libccd, the default, it comes too late on boxes
+and misses capsules.
 
 Of the motions `CCDM_TRANS`, the default, drops rotations. `CCDM_LINEAR` is meant to turn at a constant rate about the
 origin of the object's frame, but never sets the point that it reads as its reference: the same scene is answered
