@@ -127,14 +127,14 @@ def convex_claims(a: Proxy, b: Proxy, way: Vector, found: Contact | Miss) -> tup
     ways = dict.fromkeys((plain(found.normal), found.normal))
     never = [Clear(separated(a, b, n)) for n in ways]
     if isinstance(found, Miss):
-        return _first(a, b, way, never)
+        return first_proven(a, b, way, never)
     early = round_down(found.low)
     lows = [low for low in (early, math.nextafter(early, 0.0), found.low) if 0 < low <= 1]
     before = [Clear(separated(a, b, n), low) for low in lows for n in ways]
     if found.high > 1:
-        return _first(a, b, way, [*never, *before])
+        return first_proven(a, b, way, [*never, *before])
     on_a, on_b = place_of(a, *found.ends[0]), place_of(b, *found.ends[1])
-    return (*_first(a, b, way, before), Meets(found.high, on_a, on_b))
+    return (*first_proven(a, b, way, before), Meets(found.high, on_a, on_b))
 
 
 def separated(a: Proxy, b: Proxy, n: Vector) -> Separated:
@@ -151,7 +151,7 @@ def place_of(shape: Proxy, point: Vector, mix: Mix) -> Place:
     return exactly(mix) if isinstance(shape, ConvexPolyhedron) and shape.given == "vertices" else point
 
 
-def _first(a: Proxy, b: Proxy, way: Vector, claims: Iterable[Clear]) -> tuple[Clear, ...]:
+def first_proven(a: Proxy, b: Proxy, way: Vector, claims: Iterable[Clear]) -> tuple[Clear, ...]:
     """The first of some claims that holds, if any does."""
     with sides_of(a, b) as sides:
         for claim in claims:

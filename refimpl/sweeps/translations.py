@@ -219,5 +219,5 @@ def _decided(found: Advance, x: Proxy, y: Proxy, motion_x: Translation, motion_y
     proof = certify_sweep(x, y, motion_x, motion_y)
     if proof.lower > 1:
         return _nothing(1).at(0)
-    t = np.float64(proof.upper) if proof.upper <= 1 else found.t
-    return found._replace(t=t, t_lower=np.float64(proof.lower))
+    t = np.asarray(float(proof.upper)) if proof.upper <= 1 else found.t
+    return found._replace(t=t, t_lower=np.asarray(float(proof.lower)))

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import fields
-from typing import Any
 
 import numpy as np
 
-from refimpl.atoms import groups, leaves
+from refimpl.atoms import Group, groups, leaves
 from refimpl.linear import Array
 from refimpl.motions import Motion
 from refimpl.results import SweepHit
-from refimpl.shapes import Composite, HalfSpace, Polyhedron, Proxy
+from refimpl.shapes import Composite, Polyhedron, Proxy
 from refimpl.signs import Indices
 
 UNIONS = (Composite, Polyhedron)
@@ -48,33 +47,40 @@ def _single(a: Proxy, b: Proxy, motion_a: Motion, motion_b: Motion, convex: Conv
     best, least = NEVER, np.inf
     for one in groups(leaves(a)):
         for other in groups(leaves(b)):
-            for i, j in _blocks(len(one), len(other)):
-
-                def rows(
-                    chosen: Any, i: Indices = i, j: Indices = j, u: Proxy = one.proxies, v: Proxy = other.proxies
-                ) -> tuple[Proxy, Proxy, Motion, Motion]:
-                    count = (len(i[chosen]),)
-                    return u[i[chosen]], v[j[chosen]], motion_a.broadcast_to(count), motion_b.broadcast_to(count)
-
-                unbounded = isinstance(one.proxies, HalfSpace) or isinstance(other.proxies, HalfSpace)
-                early = np.zeros(len(i)) if unbounded else earliest(*rows(slice(None)))
-                order = np.argsort(early, kind="stable")
-                start, many = 0, FIRST
-                while start < len(order) and early[order[start]] < best.t:
-                    hit = convex(*rows(order[start : start + many]))
-                    first = int(np.argmin(hit.t))
-                    least = min(least, float(np.min(hit.t_lower)))
-                    best = hit[first] if hit.t[first] < best.t else best
-                    start, many = start + many, 2 * many
+            for early, i, j in in_turn(one, other, motion_a, motion_b, earliest):
+                if early >= best.t:
+                    continue
+                count = (len(i),)
+                moved = motion_a.broadcast_to(count), motion_b.broadcast_to(count)
+                hit = convex(one.proxies[i], other.proxies[j], *moved)
+                first = int(np.argmin(hit.t))
+                least = min(least, float(np.min(hit.t_lower)))
+                best = hit[first] if hit.t[first] < best.t else best
     return SweepHit(best.hit, best.t, best.point, best.normal, np.minimum(best.t, least))
 
 
 NEVER = SweepHit(np.False_, np.float64(np.inf), np.full(3, np.nan), np.full(3, np.nan), np.float64(np.inf))  # type: ignore[arg-type]
 
 
-def _blocks(m: int, n: int) -> Iterator[tuple[Indices, Indices]]:
-    """All pairs, some rows of the first at a time."""
-    step = max(PAIRS // n, 1)
-    for start in range(0, m, step):
-        some = np.arange(start, min(start + step, m))
-        yield np.repeat(some, n), np.tile(np.arange(n), len(some))
+def in_turn(
+    one: Group, other: Group, motion_a: Motion, motion_b: Motion, earliest: Earliest
+) -> Iterator[tuple[float, Indices, Indices]]:
+    """Pairs of atoms that may meet, some at a time, with a time before which none of them nor of the next ones do.
+
+    Of many pairs, those of some atoms of A come after those of others, and times begin anew.
+    """
+    step = max(PAIRS // len(other), 1)
+    for begin in range(0, len(one), step):
+        some = np.arange(begin, min(begin + step, len(one)))
+        i, j = np.repeat(some, len(other)), np.tile(np.arange(len(other)), len(some))
+        early, count = np.zeros(len(i)), (len(i),)
+        if one.tree is not None and other.tree is not None:
+            moved = motion_a.broadcast_to(count), motion_b.broadcast_to(count)
+            early = earliest(one.proxies[i], other.proxies[j], *moved)
+        order = np.argsort(early, kind="stable")
+        order = order[np.isfinite(early[order])]
+        start, many = 0, FIRST
+        while start < len(order):
+            chosen = order[start : start + many]
+            yield float(early[chosen[0]]), i[chosen], j[chosen]
+            start, many = start + many, 2 * many
