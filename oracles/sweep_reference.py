@@ -74,7 +74,8 @@ def _asked(a: Proxy, b: Proxy, course: Course) -> FirstContact:
     for rows in (np.flatnonzero(~turns), np.flatnonzero(turns)):
         if rows.size:
             found = sweep(a[rows], b[rows], *course[rows].motions)
-            times[:, rows] = np.where(found.hit, [found.t_lower, found.t], np.inf)
+            early = np.where(turns[rows], found.t_lower, found.t)  # of translations the time is all but exact
+            times[:, rows] = np.where(found.hit, [early, found.t], np.inf)
             places[:, rows] = found.point, found.normal
     return FirstContact(np.isfinite(times[1]), *times, *places)
 
