@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 
 from refimpl.proof.bounds import bounds_of, part_of
 from refimpl.proof.checker import sides_of
-from refimpl.proof.claims import Bound, Claim, Place, Tree
+from refimpl.proof.claims import Bound, Claim, Piece, Place, Tree
 from refimpl.proof.gaps import Sides, gaps, require_outside
 from refimpl.proof.rational import InvalidCertificate, items, rational, require, spend
 from refimpl.proof.reading import Fields
@@ -46,8 +46,8 @@ class Meets:
     time: Number
     a: Place
     b: Place
-    of_a: int | None = None
-    of_b: int | None = None
+    of_a: int | tuple[int, Piece] | None = None
+    of_b: int | tuple[int, Piece] | None = None
 
 
 SweepClaim: TypeAlias = Clear | Meets | Claim

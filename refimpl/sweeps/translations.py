@@ -10,7 +10,7 @@ signed distance, a convex function of time: it comes from the left and never pas
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -73,7 +73,7 @@ def advance(x: Proxy, y: Proxy, way: Array) -> Advance:
 
 
 def _advanced(x: Proxy, y: Proxy, way: Array) -> Advance:
-    cast = _point if isinstance(x, Point) else CASTS.get((type(x), type(y)))
+    cast: Cast | None = _point if isinstance(x, Point) else CASTS.get((type(x), type(y)))
     if cast is None:
         return _by_planes(x, y, way)
     moving = np.any(way != 0, axis=-1)
@@ -188,7 +188,8 @@ def _aabb_aabb(x: AABB, y: AABB, way: Array) -> Advance:
     return _answer(t, 0.5 * (low + high), normal, early)
 
 
-CASTS: dict[tuple[type[Proxy], type[Proxy]], Callable[[Any, Any, Array], Advance]] = {
+Cast: TypeAlias = Callable[[Any, Any, Array], Advance]
+CASTS: dict[tuple[type[Proxy], type[Proxy]], Cast] = {
     (Sphere, Sphere): _sphere_sphere,
     (Sphere, Capsule): _sphere_capsule,
     (AABB, AABB): _aabb_aabb,
