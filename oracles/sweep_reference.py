@@ -24,9 +24,9 @@ MOST_KEPT, MOST_PROVEN = 64, 1_000
 TIME_ERROR, TURNING_ERROR = 1e-12, 1e-9
 """By how much the reference's time may be off, of translations and of turning bodies."""
 
-STEPS, FACTOR = 16, 4.0
+STEPS, FACTOR = 24, 2.0
 """Times at which one looks how deep the two have got into each other: so many, each so much later than the one before;
-they reach down to a billionth of the way, for bodies that are through each other soon."""
+they reach down to a ten-millionth of the way, for bodies that are through each other soon."""
 
 _kept: OrderedDict[tuple[object, ...], FirstContact] = OrderedDict()
 _proven: OrderedDict[tuple[object, ...], Proven] = OrderedDict()

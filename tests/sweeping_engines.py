@@ -126,7 +126,7 @@ class AtStart(Sweeper):
 
     def swept(self, a: Proxy, b: Proxy, course: Course) -> AnswerRow:
         row = super().swept(a, b, course)
-        back = row[11] * course.b.linear
+        back = (row[11] if row[0] == 1.0 else 0.0) * course.b.linear
         return changed(row, point=(np.array(row[12:15]) - back).tolist())
 
 

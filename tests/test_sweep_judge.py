@@ -13,12 +13,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from oracles import claims
+from oracles import claims, sweep_reference
 from oracles.answers import take
 from oracles.batch import Batch
 from oracles.course import Course
 from oracles.engine import Answers, Status, answer_row
-from oracles.judges import Judges, audited
+from oracles.judges import Judges, audited, finding_of
 from oracles.outcome import Kind, Verdict
 from oracles.records import finding_from_json, finding_to_json
 from oracles.scene import SWEEP, Scene
@@ -103,7 +103,8 @@ def test_a_hit_of_what_is_missed_is_false_by_the_gap_at_its_time() -> None:
     past = dataclasses.replace(WALL, motion=Course.translating([8, 8, 0], [0, 0, 0]), b=WALL.b.translated([0, -4, 0]))
     found = convict(past, **{**RIGHT, "t": 0.25})
     assert (found.symptom, found.lower) == (claims.SWEEP_FALSE, math.inf)
-    at = past.course.at(past.a, past.b, 0.25) if past.course else ()
+    assert past.course is not None
+    at = past.course.at(past.a, past.b, 0.25)
     assert found.amount == pytest.approx(float(distance(*at).distance), rel=1e-9)
     assert convict(past, hit=0.0, t=np.inf).kind is Kind.AGREES
 
@@ -235,8 +236,6 @@ def test_what_is_no_course_is_refused(damage: Any) -> None:
 
 def test_a_finding_carries_its_certificate_through_json() -> None:
     answers = told(**{**RIGHT, "t": 0.25})
-    from oracles.judges import finding_of
-
     verdict = Judges(Sweeper()).convict(WALL, answers)
     finding = finding_of("sweeper", WALL, answers, verdict)
     again = finding_from_json(json.loads(json.dumps(finding_to_json(finding))))
@@ -252,11 +251,8 @@ def test_the_reference_is_audited(drawn: dict[tuple[Any, Any], Batch], monkeypat
     batch = drawn[Sphere, Sphere]
     for i in range(0, len(batch), 3):
         assert audited(batch.scene(SWEEP, i)).kind is Kind.AGREES
-    from oracles import sweep_reference
-
     true = first_contacts(WALL.a[None], WALL.b[None], WALL.course[None])  # type: ignore[index]
     late = dataclasses.replace(true, t=true.t + 0.01)
-    monkeypatch.setattr(sweep_reference, "first_contacts", lambda *_: late)
     monkeypatch.setattr(sweep_reference, "_asked", lambda *_: late)
     sweep_reference._kept.clear()
     found = audited(WALL)
