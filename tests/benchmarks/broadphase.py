@@ -29,9 +29,9 @@ RADIUS, DENSITY = 0.5, 0.75
 COUNTS = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 ASKED_AT = 100_000
 QUERIES = 1000
-PATIENCE = 30.0
+PATIENCE = 10.0
 """Seconds that a run may take; structures that would take longer for more objects are not asked."""
-REPEATS = 3
+REPEATS = 2
 CELLS = tuple(2.0 ** (k / 2) for k in range(-6, 8))
 """Edges of cells, in lengths of a box."""
 CELLS_AT = 20_000
@@ -99,10 +99,10 @@ def crowd(count: int) -> Array:
     return np.random.default_rng(count).random((count, 3)) * (count / DENSITY) ** (1 / 3)
 
 
-def timed(work: Callable[[], T]) -> tuple[float, T]:
+def timed(work: Callable[..., T], *arguments: Any) -> tuple[float, T]:
     """Seconds of the processor, and the result."""
     began = time.process_time()
-    found = work()
+    found = work(*arguments)
     return time.process_time() - began, found
 
 
@@ -118,9 +118,9 @@ def measure(counts: tuple[int, ...], patience: float = PATIENCE, repeats: int = 
                     continue
                 if course.public:
                     build, query = libraries[name]
-                    seconds, made = timed(lambda b=build: b(center, RADIUS))  # type: ignore[misc]
+                    seconds, made = timed(build, center, RADIUS)
                     course.note("build", count, seconds)
-                    seconds, course.pairs[count] = timed(lambda q=query, m=made: q(m))  # type: ignore[misc]
+                    seconds, course.pairs[count] = timed(query, made)
                     course.note("pairs", count, seconds)
                 else:
                     _one(course, STRUCTURES[name].make(), center)
@@ -136,13 +136,13 @@ def _one(course: Course, structure: BroadPhase, center: Array) -> None:
     """Build, all pairs, queries."""
     count = len(center)
     lower, upper = center - RADIUS, center + RADIUS
-    seconds, _ = timed(lambda: structure.build(lower, upper))
+    seconds, _ = timed(structure.build, lower, upper)
     course.note("build", count, seconds)
     seconds, pairs = timed(structure.pairs)
     course.note("pairs", count, seconds)
     course.pairs[count] = len(pairs)
     asked = np.random.default_rng(1).choice(center, QUERIES) + RADIUS
-    seconds, _ = timed(lambda: structure.query_boxes(asked - RADIUS, asked + RADIUS))
+    seconds, _ = timed(structure.query_boxes, asked - RADIUS, asked + RADIUS)
     course.note("queries", count, seconds)
 
 
@@ -156,12 +156,11 @@ def measure_moves(count: int, repeats: int = REPEATS) -> list[Moves]:
         seconds = np.full(3, np.inf)
         for _ in range(repeats):
             structure = row.make()
-            work: list[Callable[[], Any]] = [
-                lambda s=structure: s.build(center - RADIUS, center + RADIUS),  # type: ignore[misc]
-                lambda s=structure: s.update(s.ids, center + step - RADIUS, center + step + RADIUS),  # type: ignore[misc]
-                lambda s=structure: s.update(some, center[some] - RADIUS, center[some] + RADIUS),  # type: ignore[misc]
-            ]
-            seconds = np.minimum(seconds, [timed(one)[0] for one in work])
+            build = timed(structure.build, center - RADIUS, center + RADIUS)[0]
+            all_ids = structure.ids.copy()
+            follow = timed(structure.update, all_ids, center + step - RADIUS, center + step + RADIUS)[0]
+            few = timed(structure.update, some, center[some] - RADIUS, center[some] + RADIUS)[0]
+            seconds = np.minimum(seconds, [build, follow, few])
         found.append(Moves(name, *seconds.tolist()))
     return found
 
@@ -178,9 +177,13 @@ def measure_cells(count: int, sizes: tuple[float, ...] = CELLS, repeats: int = R
 
     found = []
     for name, grid, chosen in grids():
-        seconds = min(timed(lambda g=grid: g.build(lower, upper).pairs())[0] for _ in range(repeats))  # type: ignore[misc]
+        seconds = min(timed(_both, grid, lower, upper)[0] for _ in range(repeats))
         found.append(Cells(name, grid.cell_size / (2 * RADIUS), seconds, grid.memory, chosen))
     return found
+
+
+def _both(structure: BroadPhase, lower: Array, upper: Array) -> None:
+    structure.build(lower, upper).pairs()
 
 
 def main(words: list[str] | None = None) -> None:

@@ -27,16 +27,16 @@ def told(results: Results) -> str:
         "and the one that gives pairs of balls of one radius only. `FCL` calls Python for each pair.",
         compared(results.courses, at),
         "## Growth",
-        "Exponents of seconds against the number of objects, from 10 000 on; 1 is linear. Queries are a thousand boxes: "
-        "0 is independent of the number. – means: not asked, for it would take too long.",
+        "Exponents of seconds against the number of objects, from 10 000 on; 1 is linear. Queries are a thousand "
+        "boxes: 0 is independent of the number. – means: not asked, for it would take too long.",
         growth(results.courses, counts),
         "![Seconds against objects](broadphase.svg)",
         "## Moving objects against building anew",
         "All objects, or one in a hundred, move by a tenth of their size.",
         moving(results),
         "## The size of a grid's cells",
-        "Small cells hold each object many times, and an array has room for all of them, empty or not; large cells hold "
-        "many objects that are all compared. Crosses are the sizes that the grids choose themselves.",
+        "Small cells hold each object many times, and an array has room for all of them, empty or not; large cells "
+        "hold many objects that are all compared. Crosses are the sizes that the grids choose themselves.",
         cells(results.cells),
         "![Seconds and memory against the size of cells](cells.svg)",
     ]
@@ -73,10 +73,8 @@ def moving(results: Results) -> str:
     """Table: seconds to follow motion, and how many times as fast as building that is."""
     lines = ["| structure | build s | all move s | × faster | 1 % move s | × faster |", "| --- " * 6 + "|"]
     for row in results.moves:
-        factors = [_short(row.build / max(seconds, 1e-9)) for seconds in (row.all, row.few)]
-        lines.append(
-            f"| {row.name} | {_short(row.build)} | {_short(row.all)} | {factors[0]} | {_short(row.few)} | {factors[1]} |"
-        )
+        values = [row.build, row.all, row.build / max(row.all, 1e-9), row.few, row.build / max(row.few, 1e-9)]
+        lines.append(f"| {row.name} | {' | '.join(map(_short, values))} |")
     return "\n".join(lines)
 
 
