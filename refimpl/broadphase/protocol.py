@@ -238,7 +238,7 @@ class BroadPhase(ABC):
     def _true_pairs(self) -> Iterator[Indices]:
         """Keys of the candidates that are pairs."""
         count = len(self)
-        for i, j in self._near_pairs():
+        for i, j in self._near_pairs() if count else ():
             true = meet(self.lower[i], self.upper[i], self.lower[j], self.upper[j])
             true &= (i != j) & ~(self.static[i] & self.static[j])
             a, b = i[true], j[true]
@@ -249,7 +249,7 @@ class BroadPhase(ABC):
         count = len(self)
 
         def keys() -> Iterator[Indices]:
-            for q, rows in candidates:
+            for q, rows in candidates if count else ():
                 kept = true(q, rows)
                 yield q[kept] * count + rows[kept]
 
