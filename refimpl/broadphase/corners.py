@@ -26,6 +26,11 @@ class Corners(NamedTuple):
         """2 or 3."""
         return len(self.low)
 
+    def in_units(self, exponent: int) -> Self:
+        """The boxes in units of 2^exponent."""
+        with np.errstate(under="ignore"):
+            return type(self)(*(np.ldexp(side, -exponent) for side in self))
+
     def at(self, index: Indices) -> Self:
         """Some of the boxes."""
         return type(self)(*(np.stack([axis.take(index) for axis in side]) for side in self))
