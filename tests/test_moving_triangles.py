@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from fractions import Fraction
@@ -14,6 +15,7 @@ from mpmath import mp  # type: ignore[import-untyped]
 
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.triangles import EdgeEdge, TouchCertificate, check_edge_edge, check_vertex_face
+from refimpl.proof.wire import touch_from_json, touch_to_json
 from refimpl.sweeps.triangles import Touch, edge_edge, vertex_face
 from tests.moving import FAMILIES, Query, planar, whole
 from tests.truth.moving import DIGITS, ZERO, distance, first_contact, placed
@@ -310,6 +312,23 @@ def test_a_false_certificate_is_refused(what: str) -> None:
     _, start, end, _ = KNOWN[name]
     with pytest.raises(InvalidCertificate, match=text):
         check_vertex_face(certificate, start, end)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_certificate_proves_the_same_after_json(kind: str) -> None:
+    rng = np.random.default_rng(9)
+    for draw in FAMILIES.values():
+        certificate = DECIDE[kind](*draw(rng)).certificate
+        assert touch_from_json(json.loads(json.dumps(touch_to_json(certificate)))) == certificate
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("cover", [[1]]), ("cover", [["x", 0]]), ("root", ["1/2", 1]), ("root", 3), ("high", "inf"), ("other", 1)],
+)
+def test_json_of_another_form_is_refused(field: str, value: Any) -> None:
+    with pytest.raises(InvalidCertificate):
+        touch_from_json(touch_to_json(HIT.certificate) | {field: value})
 
 
 WRONG: list[tuple[Any, type[Exception], str]] = [
