@@ -8,6 +8,7 @@ import numpy as np
 
 from refimpl.linear import Array, Bools, as_floats
 from refimpl.proxy import ShapeError
+from refimpl.signs import Indices
 
 DIMENSIONS = (2, 3)
 
@@ -22,6 +23,16 @@ def meet(lower_a: Array, upper_a: Array, lower_b: Array, upper_b: Array) -> Bool
         found &= lower_a[..., k] <= upper_b[..., k]
         found &= lower_b[..., k] <= upper_a[..., k]
     return np.asarray(found)
+
+
+def meeting(
+    i: Indices, j: Indices, lower_a: Array, upper_a: Array, lower_b: Array, upper_b: Array
+) -> tuple[Indices, Indices]:
+    """Those of the pairs i of A, j of B whose boxes meet; most fail on the first axis and are not looked at again."""
+    for k in range(lower_a.shape[-1]):
+        found = (lower_a[i, k] <= upper_b[j, k]) & (lower_b[j, k] <= upper_a[i, k])
+        i, j = i[found], j[found]
+    return i, j
 
 
 def as_boxes(lower: Any, upper: Any, dimension: int | None = None) -> tuple[Array, Array]:

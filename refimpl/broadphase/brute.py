@@ -20,25 +20,32 @@ class BruteForce(BroadPhase):
         """Nothing to make."""
 
     def _near_pairs(self) -> Candidates:
-        count = len(self)
-        rows = max(1, TILE // max(count, 1))
-        for begin in range(0, count, rows):
-            some = slice(begin, begin + rows)
-            found = meet(self.lower[some, None], self.upper[some, None], self.lower[begin:], self.upper[begin:])
-            i, j = np.nonzero(found)
-            later = i < j
-            yield i[later] + begin, j[later] + begin
+        return every(self.lower, self.upper, self.lower, self.upper, later=True)
 
     def _near_boxes(self, lower: Array, upper: Array) -> Candidates:
-        rows = max(1, TILE // max(len(self), 1))
-        for begin in range(0, len(lower), rows):
-            some = slice(begin, begin + rows)
-            q, found = np.nonzero(meet(lower[some, None], upper[some, None], self.lower, self.upper))
-            yield q + begin, found
+        return every(lower, upper, self.lower, self.upper)
 
     def _near_rays(self, origin: Array, direction: Array, length: Array) -> Candidates:
-        rows = max(1, TILE // max(len(self), 1))
-        for begin in range(0, len(origin), rows):
-            o, d, t = (x[begin : begin + rows, None] for x in (origin, direction, length))
-            q, found = np.nonzero(rays_may_meet(o, d, t, self.lower, self.upper))
-            yield q + begin, found
+        return every_ray(origin, direction, length, self.lower, self.upper)
+
+
+def every(lower_a: Array, upper_a: Array, lower_b: Array, upper_b: Array, *, later: bool = False) -> Candidates:
+    """Indices of boxes of A (n, D) and boxes of B (m, D) that meet, in tiles.
+
+    If both are the same, `later` leaves out what is before the diagonal.
+    """
+    rows = max(1, TILE // max(len(lower_b), 1))
+    for begin in range(0, len(lower_a), rows):
+        some, rest = slice(begin, begin + rows), slice(begin if later else 0, None)
+        i, j = np.nonzero(meet(lower_a[some, None], upper_a[some, None], lower_b[rest], upper_b[rest]))
+        i, j = i + begin, j + rest.start
+        yield (i[i < j], j[i < j]) if later else (i, j)
+
+
+def every_ray(origin: Array, direction: Array, length: Array, lower: Array, upper: Array) -> Candidates:
+    """Indices of rays (n, D) and boxes (m, D) that may meet, in tiles."""
+    rows = max(1, TILE // max(len(lower), 1))
+    for begin in range(0, len(origin), rows):
+        o, d, t = (x[begin : begin + rows, None] for x in (origin, direction, length))
+        i, j = np.nonzero(rays_may_meet(o, d, t, lower, upper))
+        yield i + begin, j

@@ -14,8 +14,11 @@ from typing import Any, Self
 import numpy as np
 
 from refimpl.broadphase.boxes import as_boxes, as_flags, as_points, as_rays, meet
+from refimpl.broadphase.proxies import Numbered
 from refimpl.broadphase.slabs import around_rays, rays_meet
 from refimpl.linear import Array, Bools
+from refimpl.proxy import Proxy
+from refimpl.shapes import Ray
 from refimpl.signs import Indices
 
 Candidates = Iterator[tuple[Indices, Indices]]
@@ -75,6 +78,11 @@ class BroadPhase(ABC):
         self._set(np.arange(len(low), dtype=np.int64), low, up, flags)
         self._rebuild()
         return self
+
+    @classmethod
+    def of(cls, proxies: Proxy | Iterable[Proxy], static: Any = None, **options: Any) -> Self:
+        """Build for the bounding boxes of proxies, numbered as by `refimpl.broadphase.pairs`."""
+        return cls(**options).build(*Numbered.of(proxies).boxes(), static)
 
     def insert(self, lower: Any, upper: Any, static: Any = None) -> Indices:
         """Add objects, and give their ids; arguments as for `build`."""
@@ -174,6 +182,27 @@ class BroadPhase(ABC):
 
         return self._found(self._near_rays(start, way, end), hit)
 
+    def query(self, proxies: Proxy | Iterable[Proxy]) -> Indices:
+        """All objects whose boxes meet the bounding box of each of some proxies, or the proxy itself if it is a ray.
+
+        Returns
+        -------
+        (K, 2) int64
+            Number of the proxy and id, sorted.
+        """
+        asked = Numbered.of(proxies)
+        lower, upper = asked.boxes()
+        parts = [np.empty((0, 2), dtype=np.int64)]
+        for which, x in enumerate(asked.batches):
+            mine = np.flatnonzero(asked.batch == which)
+            if isinstance(x, Ray):
+                found = self.query_rays(x.origin[asked.place[mine]], x.direction[asked.place[mine]])
+            else:
+                found = self.query_boxes(lower[mine], upper[mine])
+            parts.append(np.stack([mine[found[:, 0]], found[:, 1]], axis=-1))
+        every = np.concatenate(parts)
+        return every[np.lexsort((every[:, 1], every[:, 0]))]
+
     # -- what a structure supplies, in rows -------------------------------------------------------------------
 
     @abstractmethod
@@ -209,7 +238,7 @@ class BroadPhase(ABC):
     def _true_pairs(self) -> Iterator[Indices]:
         """Keys of the candidates that are pairs."""
         count = len(self)
-        for i, j in self._near_pairs():
+        for i, j in self._near_pairs() if count else ():
             true = meet(self.lower[i], self.upper[i], self.lower[j], self.upper[j])
             true &= (i != j) & ~(self.static[i] & self.static[j])
             a, b = i[true], j[true]
@@ -220,7 +249,7 @@ class BroadPhase(ABC):
         count = len(self)
 
         def keys() -> Iterator[Indices]:
-            for q, rows in candidates:
+            for q, rows in candidates if count else ():
                 kept = true(q, rows)
                 yield q[kept] * count + rows[kept]
 

@@ -41,3 +41,14 @@ def pieces(start: Indices, count: Indices, most: int = PIECE) -> Iterator[tuple[
         beyond = np.maximum(ends[some] - end, 0)
         owner, number = written_out(start[some] + skipped, count[some] - skipped - beyond)
         yield owner + a, number
+
+
+def shares(count: Indices, most: int = PIECE) -> Iterator[slice]:
+    """Cut owners of so many members into runs with at most `most` members, or with a single owner."""
+    ends = np.cumsum(count)
+    begin = 0
+    while begin < len(count):
+        before = int(ends[begin - 1]) if begin else 0
+        end = max(int(np.searchsorted(ends, before + most, side="right")), begin + 1)
+        yield slice(begin, end)
+        begin = end

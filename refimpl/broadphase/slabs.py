@@ -31,8 +31,22 @@ def rays_may_meet(origin: Array, direction: Array, length: Array, lower: Array, 
     lower, upper : (..., D)
         Closed boxes, perhaps infinite. All leading axes broadcast.
     """
+    first, last, lost = clipped(origin, direction, length, lower, upper)
+    return lost | (first <= last)
+
+
+def clipped(origin: Array, direction: Array, length: Array, lower: Array, upper: Array) -> tuple[Array, Array, Bools]:
+    """First and last times of rays in boxes, as an interval that is too wide by rounding; arguments as above.
+
+    Returns
+    -------
+    first, last : (...)
+        first > last where a ray misses the box.
+    lost : (...) bool
+        Where the times overflow and mean nothing.
+    """
     first, last, lost = _times(origin, direction, lower, upper)
-    return lost | (_earlier(first) <= _later(np.minimum(last, length)))
+    return _earlier(first), _later(np.minimum(last, length)), lost
 
 
 def rays_meet(origin: Array, direction: Array, length: Array, lower: Array, upper: Array) -> Bools:
@@ -42,7 +56,8 @@ def rays_meet(origin: Array, direction: Array, length: Array, lower: Array, uppe
     may = lost | (_earlier(first) <= _later(last))
     found = ~lost & (_later(first) <= _earlier(last))
     for i in np.flatnonzero(may & ~found).tolist():
-        found[i] = _meets_exactly(*(x[i].tolist() for x in (origin, direction, lower, upper)), float(length[i]))
+        o, d, low, up = (x[i].tolist() for x in (origin, direction, lower, upper))
+        found[i] = _meets_exactly(o, d, low, up, float(length[i]))
     return found
 
 
