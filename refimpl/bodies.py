@@ -11,8 +11,8 @@ import numpy as np
 from refimpl.impacts.bodies import RigidBody
 from refimpl.linear import Array, Bools, apply, as_floats, quaternion_product, rotation_matrix, scale
 from refimpl.mass import MassProperties, mass_properties
-from refimpl.mixed import Ids
 from refimpl.proxy import Proxy, ShapeError
+from refimpl.signs import Indices
 from refimpl.volumes import bounding_volume, require_around
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
@@ -124,14 +124,14 @@ class State:
             turned = quaternion_product(_turn(dt * self.spin[turns]), self.rotation[turns])
             self.rotation[turns] = turned / np.sqrt(np.sum(turned * turned, axis=1))[:, None]
 
-    def rigid(self, ids: Ids) -> RigidBody:
+    def rigid(self, ids: Indices) -> RigidBody:
         """Some of the bodies, as the response takes them."""
         matrix = rotation_matrix(self.rotation[ids])
         tensor = matrix @ self.inertia[ids] @ np.swapaxes(matrix, -1, -2)
         tensor = np.where(self.movable[ids, None, None], (tensor + np.swapaxes(tensor, -1, -2)) / 2, np.eye(3))
         return RigidBody(self.center[ids], self.velocity[ids], self.spin[ids], self.inverse_mass[ids], tensor)
 
-    def put(self, ids: Ids, after: RigidBody) -> None:
+    def put(self, ids: Indices, after: RigidBody) -> None:
         """Take over where some bodies are after a response; static ones stay."""
         some = self.movable[ids]
         for name, value in (("center", after.position), ("velocity", after.velocity), ("spin", after.angular_velocity)):

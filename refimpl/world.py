@@ -21,14 +21,13 @@ from typing import Any
 import numpy as np
 
 from refimpl.bodies import Body, State
-from refimpl.bounds import aabb
-from refimpl.broadphase import BroadPhase, BruteForce
+from refimpl.broadphase import BroadPhase, ColumnSweep, Numbered
 from refimpl.impacts.response import respond
 from refimpl.linear import Bools, as_floats
-from refimpl.mixed import Ids, Mixed
 from refimpl.queries import collide, intersect
 from refimpl.results import CollisionData
-from refimpl.volumes import is_endless, placed, placed_volume
+from refimpl.signs import Indices
+from refimpl.volumes import placed, placed_volume
 
 BROAD_PHASE, EARLY_REJECT, COLLIDER, RESPONSE = STAGES = ("broad phase", "early reject", "collider", "response")
 
@@ -59,7 +58,7 @@ class Contacts:
         Of the bodies' colliders, in that order.
     """
 
-    pairs: Ids
+    pairs: Indices
     data: CollisionData
 
 
@@ -73,21 +72,21 @@ class World:
         Of all impacts.
     gravity : (3,), length / time²
     broad_phase : BroadPhase
-        Any of `refimpl.broadphase`, empty; brute force, if none is given.
+        Any of `refimpl.broadphase`, empty; columns of a grid, sorted along the third axis, if none is given.
     early_reject : bool
         Whether bounding volumes are tested before colliders.
 
     Attributes
     ----------
     state : State
-    colliders, volumes : Mixed
+    colliders, volumes : Numbered
         Where the bodies are now.
     stages : dict of str to Stage
         What happened to the pairs, by the names in `STAGES`, until `reset_counters` is called.
 
     Notes
     -----
-    Two static bodies never collide. A body without end (a half-space) has an infinite box.
+    Two static bodies never collide. The box of a body without end (a half-space) is infinite.
     """
 
     def __init__(
@@ -104,9 +103,9 @@ class World:
         self.restitution, self.friction, self.gravity = restitution, friction, as_floats(gravity)
         self.early_reject = early_reject
         self.state = State.of(self.bodies)
-        self._colliders = Mixed([body.collider for body in bodies])
-        self._volumes = Mixed([body.volume for body in bodies])
-        self._broad = BruteForce() if broad_phase is None else broad_phase
+        self._colliders = Numbered.by_form([body.collider for body in bodies])
+        self._volumes = Numbered.by_form([body.volume for body in bodies])
+        self._broad = ColumnSweep() if broad_phase is None else broad_phase
         self.reset_counters()
         self._place()
         self._broad.build(self._lower, self._upper, ~self.state.movable)
@@ -139,27 +138,27 @@ class World:
         hit = np.asarray(data.hit, dtype=bool)
         return Contacts(pairs[hit], data[hit])
 
-    def candidates(self) -> Ids:
+    def candidates(self) -> Indices:
         """Broad phase: pairs of bodies whose boxes overlap; one of the two at least can move."""
         with self._counted(BROAD_PHASE, self._possible()) as stage:
             pairs = self._broad.pairs()
             stage.left += len(pairs)
         return pairs
 
-    def volumes_meet(self, pairs: Ids) -> Bools:
+    def volumes_meet(self, pairs: Indices) -> Bools:
         """Early reject: which pairs (m, 2) of bodies have bounding volumes that intersect."""
         meet = np.zeros(len(pairs), dtype=bool)
         with self._counted(EARLY_REJECT, len(pairs)) as stage:
-            for which, a, b in self.volumes.pairs(pairs):
+            for which, a, b in self.volumes.by_types(pairs):
                 meet[which] = intersect(a, b)
             stage.left += int(np.count_nonzero(meet))
         return meet
 
-    def collide(self, pairs: Ids) -> CollisionData:
+    def collide(self, pairs: Indices) -> CollisionData:
         """Collider: collision data of pairs (m, 2) of bodies."""
         found = _nothing(len(pairs))
         with self._counted(COLLIDER, len(pairs)) as stage:
-            for which, a, b in self.colliders.pairs(pairs):
+            for which, a, b in self.colliders.by_types(pairs):
                 masses = self.state.inverse_mass[pairs[which]]
                 data = collide(a, b, masses[:, 0], masses[:, 1])
                 for spec in fields(CollisionData):
@@ -199,14 +198,10 @@ class World:
             self._broad.update(dynamic, self._lower[dynamic], self._upper[dynamic])
 
     def _place(self) -> None:
-        """Put colliders, their boxes and volumes where the bodies are; boxes of bodies without end are infinite."""
+        """Put colliders, their boxes and volumes where the bodies are."""
         position, rotation = self.state.position, self.state.rotation
         self.colliders = self._colliders.mapped(lambda shapes, ids: placed(shapes, rotation[ids], position[ids]))
-        self._lower, self._upper = np.full((len(self.bodies), 3), -np.inf), np.full((len(self.bodies), 3), np.inf)
-        for group in self.colliders.groups:
-            if not is_endless(group.shapes):
-                box = aabb(group.shapes)
-                self._lower[group.ids], self._upper[group.ids] = box.lower, box.upper
+        self._lower, self._upper = self.colliders.boxes()
         self.volumes = self._volumes.mapped(
             lambda shapes, ids: placed_volume(shapes, rotation[ids], position[ids], self._lower[ids], self._upper[ids])
         )
@@ -220,7 +215,7 @@ class World:
         stage.seconds += time.perf_counter() - start
 
 
-def rounds(pairs: Ids, movable: Bools) -> list[Ids]:
+def rounds(pairs: Indices, movable: Bools) -> list[Indices]:
     """Put pairs (m, 2) into rounds, none of which has two pairs with a movable body in common.
 
     Each pair comes after all pairs before it that share a movable body with it: one round after the other does what
