@@ -10,6 +10,7 @@ import numpy as np
 from oracles.engine import COLUMNS, WIDTH, Answers, Status
 from oracles.impact_reference import reference_of
 from oracles.scene import BOOLEAN, RAYCAST, Cell, Scene
+from oracles.sweep_reference import sweep_answers
 from refimpl import Proxy, distance, raycast
 
 
@@ -32,8 +33,10 @@ def said(answers: Answers, row: int) -> dict[str, object]:
 
 def reference_for(scene: Scene) -> Answers:
     """Answer one scene as the reference does."""
-    if scene.motion is not None:
-        return reference_of(scene.motion[None])
+    if scene.course is not None:
+        return sweep_answers(scene.a[None], scene.b[None], scene.course[None])
+    if scene.impact is not None:
+        return reference_of(scene.impact[None])
     return reference_answers(scene.query, scene.a[None], scene.b[None])
 
 

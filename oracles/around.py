@@ -10,6 +10,7 @@ from oracles.clumsiness import odd_numbers
 from oracles.likeness import Failing
 from oracles.plain_bodies import PLAIN_BODIES, plain_pairs
 from oracles.plain_impacts import restaged, simpler_motions
+from oracles.plain_sweeps import around_sweep
 from oracles.scene import Scene
 from oracles.simpler import jointly_simpler, moved, nudged, simpler_proxies
 from oracles.spacing import gap_of, kept_apart
@@ -31,9 +32,12 @@ def passes(best: Failing, *, growing: bool = False) -> Iterator[Iterable[Scene]]
         if best.slightness and scene.motion is None:
             yield kept_apart([scene], GAPS)
         return
-    if scene.motion is not None:
+    if scene.impact is not None:
         yield restaged(scene)
-        yield (replace(scene, motion=motion) for motion in simpler_motions(scene.motion))
+        yield (replace(scene, motion=motion) for motion in simpler_motions(scene.impact))
+        return
+    if scene.course is not None:
+        yield from around_sweep(scene)
         return
     yield moved(scene)
     if best.slightness and growing:

@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles.aspect import aspect_of
+from oracles.course import Course
 from oracles.draws import NumpyDraws
 from oracles.impact_regimes import IMPACT_REGIMES, ImpactRegime
 from oracles.impact_stages import TARGETS
 from oracles.motion import Motion
 from oracles.placements import Draft
 from oracles.regimes import COMBINED, REGIMES, Regime
-from oracles.scene import IMPACT, RAYCAST, Scene, packed_rows
+from oracles.scene import IMPACT, MOVING, RAYCAST, SWEEP, Scene, packed_rows, size_of
+from oracles.sweep_regimes import SWEEP_REGIMES
 from refimpl.linear import Array
 from refimpl.shapes import Composite, Polyhedron, Proxy, Ray
 
@@ -48,8 +50,8 @@ class Batch:
     numbers: NDArray[np.int_]
     source: str
     about: dict[int, str]
-    motion: Motion | None = None
-    """How the two move; of batches of impacts."""
+    motion: Motion | Course | None = None
+    """How the two move; of batches of impacts and sweeps."""
 
     @classmethod
     def draw(
@@ -92,18 +94,44 @@ class Batch:
         """`each` scenes of every regime of impacts; none of a pair that is not staged."""
         if pair not in TARGETS:
             return []
-        made = [make(NumpyDraws(seed, (*shard, crc32(name.encode())), each), *pair) for name, make in regimes.items()]
-        names = [name for name in regimes for _ in range(each)]
-        groups, numbers = _numbered(range(len(made)), each)
-        a, b = _one_batch([a for a, _, _ in made]), _one_batch([b for _, b, _ in made])
-        motion = Motion.unpack(np.concatenate([motion.pack() for _, _, motion in made]))
-        source = _source("bulk of impacts", seed, shard)
-        return [cls(a, b, names, groups, numbers, source, dict.fromkeys(range(len(made)), ""), motion)]
+        drawn = {name: make(cls._draws(seed, shard, name, each), *pair) for name, make in regimes.items()}
+        motion = Motion.unpack(np.concatenate([motion.pack() for _, _, motion in drawn.values()]))
+        parts = [(index, a, b) for index, (a, b, _) in enumerate(drawn.values())]
+        return [cls._together(list(drawn), parts, motion, each, _source("bulk of impacts", seed, shard))]
+
+    @classmethod
+    def draw_sweeps(cls, pair: PairKey, seed: int, shard: tuple[int, ...], each: int) -> list[Batch]:
+        """`each` scenes of every regime of sweeps; what has one form is in one batch."""
+        names, made = list(SWEEP_REGIMES), dict[object, list[tuple[int, Proxy, Proxy, Course]]]()
+        for index, name in enumerate(names):
+            a, b, course = SWEEP_REGIMES[name](cls._draws(seed, shard, name, each), *pair)
+            made.setdefault((_form(a, index), _form(b, index)), []).append((index, a, b, course))
+        source, found = _source("bulk of sweeps", seed, shard), []
+        for group in made.values():
+            course = Course.unpack(np.concatenate([course.pack() for *_, course in group]))
+            found.append(cls._together(names, [(i, a, b) for i, a, b, _ in group], course, each, source))
+        return found
+
+    @staticmethod
+    def _draws(seed: int, shard: tuple[int, ...], name: str, each: int) -> NumpyDraws:
+        return NumpyDraws(seed, (*shard, crc32(name.encode())), each)
+
+    @classmethod
+    def _together(
+        cls, names: list[str], parts: list[tuple[int, Proxy, Proxy]], motion: Motion | Course, each: int, source: str
+    ) -> Batch:
+        """One batch of parts of several regimes, each named by its number."""
+        groups, numbers = _numbered([index for index, _, _ in parts], each)
+        a, b = _one_batch([a for _, a, _ in parts]), _one_batch([b for _, _, b in parts])
+        regimes = [names[i] for i in groups]
+        return cls(a, b, regimes, groups, numbers, source, dict.fromkeys(range(len(names)), ""), motion)
 
     def is_of(self, query: str) -> bool:
         """Whether its scenes are for this query."""
-        if self.motion is not None or query == IMPACT:
-            return self.motion is not None and query == IMPACT
+        if self.motion is not None or query in MOVING:
+            return isinstance(self.motion, Motion) == (query == IMPACT) and isinstance(self.motion, Course) == (
+                query == SWEEP
+            )
         return isinstance(self.a, Ray) == (query == RAYCAST)
 
     @property
@@ -114,8 +142,7 @@ class Batch:
     @cached_property
     def sizes(self) -> Array:
         """Size of each scene, as `Scene.size`."""
-        largest = np.maximum(self.a.magnitude, self.b.magnitude) if self.motion is None else self.motion.speed
-        return np.asarray(np.broadcast_to(largest, len(self)))
+        return np.asarray(np.broadcast_to(size_of(self.a, self.b, self.motion), len(self)))
 
     @cached_property
     def aspects(self) -> Array:

@@ -16,7 +16,7 @@ from oracles.clock import timed
 from oracles.engine import Answers, Engine
 from oracles.engines import load_engine
 from oracles.judges import Judges
-from oracles.scene import IMPACT, Cell, Scene, cells
+from oracles.scene import MOVING, Cell, Scene, cells
 from oracles.worker import EngineWorker
 
 
@@ -120,8 +120,8 @@ class Workshop:
 
     @cached_property
     def at_rest(self) -> bool:
-        """Whether any engine answers anything but impacts."""
-        return any(self.asked(cell) for cell in cells() if cell.query != IMPACT)
+        """Whether any engine answers anything about scenes at rest."""
+        return any(self.asked(cell) for cell in cells() if cell.query not in MOVING)
 
     def rest(self) -> None:
         """End the engines' processes; the next question starts others."""

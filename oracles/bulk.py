@@ -20,11 +20,11 @@ from oracles.clock import timed
 from oracles.clumsiness import PLAIN
 from oracles.engine import Answers
 from oracles.impact_regimes import impact_regimes_for
-from oracles.judges import audit_of, finding_of
+from oracles.judges import audited, finding_of
 from oracles.outcome import FINDINGS, SUSPECT, Kind, Outcome
 from oracles.reference import gaps, is_quick
 from oracles.regimes import Regime, regimes_for
-from oracles.scene import CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, cells_of
+from oracles.scene import CONTACTS, DISTANCE, IMPACT, MOVING, RAYCAST, SWEEP, Cell, cells_of
 from oracles.screening import KINDS, Screening
 from oracles.sheets import Sheet
 from oracles.words import decade_of
@@ -39,6 +39,8 @@ MOST = 800
 """Scenes of a regime and pair in one task."""
 STEPPED = 6
 """Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
+SWEPT = 16
+"""Sweeps get so many times fewer: the reference takes many distances for each."""
 AUDITED = 4
 """One regime in so many is audited in a task, in turn: a proof costs as much as a hundred answers."""
 GIVE_UP_AFTER = 1
@@ -58,7 +60,7 @@ class Proofs:
 
     def wanted(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
-        quick = is_quick(cell.type_a, cell.type_b) and cell.query != IMPACT
+        quick = is_quick(cell.type_a, cell.type_b) and cell.query not in MOVING
         kinds = [(engine, cell, symptom, decade), *([(engine, cell, symptom, regime)] if quick else [])]
         new = any(self._tried[kind] < (1 if quick else 2) for kind in kinds)
         if new:
@@ -106,6 +108,8 @@ class _Bulk:
             if IMPACT in asked:
                 impacts = impact_regimes_for(bench.engine for bench in self.shop.benches)
                 batches += Batch.draw_impacts(self.pair, seed, shard, max(1, self.many // STEPPED), impacts)
+            if SWEEP in asked:
+                batches += Batch.draw_sweeps(self.pair, seed, shard, max(1, self.many // SWEPT))
             return batches
 
     def ask(self, cell: Cell, batch: Batch) -> None:
@@ -180,11 +184,11 @@ class _Bulk:
         first = np.unique(batch.groups, return_index=True)[1]
         turn = self.number + list(TABLE).index(self.pair)
         first = first[batch.groups[first] % AUDITED == turn % AUDITED]
-        query = next(q for q in (RAYCAST, DISTANCE, IMPACT) if batch.is_of(q))
+        query = next(q for q in (RAYCAST, DISTANCE, IMPACT, SWEEP) if batch.is_of(q))
         with timed("audit"):
             for i in first:
                 scene = batch.scene(query, int(i))
-                verdict = audit_of(scene)
+                verdict = audited(scene)
                 self.outcome.counts["refimpl", query, scene.cell.pair, scene.regime, verdict.kind] += 1
                 if verdict.kind is Kind.REFERENCE_WRONG:
                     self.outcome.findings.append(finding_of("refimpl", scene, reference_for(scene), verdict))

@@ -16,10 +16,12 @@ import numpy as np
 
 from oracles.answers import take
 from oracles.engine import Answers, Convention
-from oracles.reference import UNIONS, error_of, kept, signed
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
-from refimpl import KDOP, Box, Capsule, Composite, Cylinder, HalfSpace, Point, Proxy, Ray
+from oracles.reference import UNIONS, allows, error_of, kept, proven, signed
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Scene
+from refimpl import KDOP, Box, Capsule, Composite, Cylinder, HalfSpace, Point, Proxy, Ray, distance
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
+from refimpl.proof import Certificate, SweepCertificate
+from refimpl.proof.claims import Bound
 
 NOT_A_NUMBER = "not a number"
 NEITHER = "fits neither the shapes nor those effectively used"
@@ -39,12 +41,38 @@ RAY_POINT = "ray's hit point is not where its time is"
 RAY_FALSE = "ray hits a shape that it misses"
 TILTED = "ray normal does not point outward"
 
-WRONG_BOOLEANS = (MISSED, FALSE, RAY_MISSED, RAY_FALSE)
+SWEEP_MISSED, SWEEP_FALSE = "sweep misses a contact", "sweep hits a shape that it misses"
+EARLY, LATE = "sweep's contact too early", "sweep's contact too late"
+UNTOUCHED = "shapes do not touch at the sweep's time"
+SWEEP_POINT = "sweep's point off a shape"
+SWEEP_TILTED = "sweep's normal does not separate"
+
+WRONG_BOOLEANS = (MISSED, FALSE, RAY_MISSED, RAY_FALSE, SWEEP_MISSED, SWEEP_FALSE)
 VALUE, WITNESS, BOOL, LENGTH = "value", "witness", "boolean", "length"
 FRAGILE = (Cylinder, KDOP)
 """Types that rounding a move may turn or bend: thin discs, slabs that nearly are parallel. The other shape is moved."""
 OTHER_DEPTHS = {Convention.DEPTH_OF_ITS_NORMAL, Convention.OF_ONE_TRIANGLE}
 """Conventions by which the depth of a contact need not be that of the pair."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What is proven of the number that a claim is about, for one row.
+
+    Attributes
+    ----------
+    interval
+        Of that number; `proves` is what the certificate itself proves of `scene`.
+    value, fits
+        What the reference says in floats of what the certificate proves, and whether that is near enough.
+    """
+
+    certificate: Certificate | SweepCertificate
+    interval: tuple[Bound, Bound]
+    proves: tuple[Bound, Bound]
+    scene: Scene
+    value: float
+    fits: bool
 
 
 @dataclass(frozen=True)
@@ -102,6 +130,21 @@ class Claim:
             above = np.where(self.made & (least != self.high), least - self.high, -np.inf)
         error = error_of(self.x, self.y) * size + self.rounding
         return np.minimum(below, self.cap), np.minimum(above, self.cap), error
+
+    def proof(self, scene: Scene) -> Proof:
+        """What is proven of the first row, which is of `scene`, and what the reference says of it.
+
+        Raises
+        ------
+        InvalidCertificate
+            When the checker refuses the reference's own certificate.
+        """
+        x, y = self.x[0], self.y[0]
+        certificate, interval = proven(x, y)
+        query = scene.query if scene.course is None else DISTANCE
+        about, sigma = Scene(query, x, y, scene.regime, scene.source), float(distance(x, y).distance)
+        fits = allows(*interval, sigma, error_of(x, y) * max(about.size, abs(sigma)))
+        return Proof(certificate, interval, interval, about, sigma, fits)
 
     def measured(self, worst: Array, doubt: Array) -> Array:
         """Error of the value at least, given the larger violation and what it may err by; NaN where it has none.
@@ -199,7 +242,7 @@ class Questioned:
         point = self.a.at(np.where(named, np.maximum(self.answers.t, 0.0), 0.0))
         return Point(np.where((np.abs(point).max(axis=-1) < LARGEST)[:, None], point, self.a.origin))
 
-    def _claim(
+    def claim(
         self,
         x: Proxy,
         y: Proxy,
@@ -214,6 +257,7 @@ class Questioned:
         measures: Bools | None = None,
         kept: bool = False,
     ) -> Claim:
+        """Make a claim for the rows that have an answer."""
         most, slack = (np.broadcast_to(np.asarray(v, dtype=np.float64), made.shape) for v in (cap, rounding))
         made = made & self.answered & ~self.unusable
         return Claim(x, y, *bounds, *words, kind, made, margin, most, slack, by_convention, measures, kept)
@@ -232,7 +276,7 @@ class Questioned:
         if self.query in (BOOLEAN, CONTACTS):
             bounds = np.where(hit == 0, 0.0, -np.inf), np.where(hit == 1, 0.0, np.inf)
             margin, words = self.margin_a + self.margin_b, (MISSED, FALSE)
-            yield self._claim(self.a, self.b, bounds, words, BOOL, ~np.isnan(hit), margin, kept=True)
+            yield self.claim(self.a, self.b, bounds, words, BOOL, ~np.isnan(hit), margin, kept=True)
 
     def _value_claims(self) -> Iterator[Claim]:
         answers, margin = self.answers, self.margin_a + self.margin_b
@@ -244,11 +288,11 @@ class Questioned:
         some_depth = (value == -np.inf) & (Convention.NO_DEPTH in self.waived)
         bounds, words = (value, np.where(some_depth, 0.0, value)), (LONG, SHORT)
         finite = said & np.isfinite(value)
-        yield self._claim(
+        yield self.claim(
             self.a, self.b, bounds, words, VALUE, said, margin, by_convention=waived, measures=finite, kept=True
         )
         directed = finite & np.isfinite(answers.normal).all(axis=-1)
-        yield self._unit_claim(directed)  # moving along a normal that is too short also stops short
+        yield self.unit_claim(directed)  # moving along a normal that is too short also stops short
         yield from self._normal_claim(directed, margin)
         yield from self._witness_claims(finite)
         if self.query == CONTACTS:
@@ -268,10 +312,10 @@ class Questioned:
         x, y = (self.a.translated(-move), self.b) if first_moves else (self.a, self.b.translated(move))
         before, after = (self.a, x) if first_moves else (self.b, y)
         rounding = ROUNDING * (np.maximum(after.magnitude, before.magnitude) + np.abs(move).max(axis=-1))
-        rounding = np.where(made, rounding * _leverage(after), 0.0)
+        rounding = np.where(made, rounding * leverage(after), 0.0)
         waived = self.query == CONTACTS and Convention.OF_ONE_TRIANGLE in self.waived
         words = STUCK, OVERSHOT
-        yield self._claim(x, y, (low, zero), words, VALUE, made, margin, rounding=rounding, by_convention=waived)
+        yield self.claim(x, y, (low, zero), words, VALUE, made, margin, rounding=rounding, by_convention=waived)
 
     def _of_a_piece(self, made: Bools, margin: Array) -> Bools:
         """Overlaps of unions whose depth may be meant for one pair of pieces.
@@ -287,11 +331,11 @@ class Questioned:
         deepest = margin - np.minimum(most, 0.0)
         return np.asarray(overlapping & (-self.answers.distance <= PIECE * deepest))
 
-    def _unit_claim(self, made: Bools) -> Claim:
+    def unit_claim(self, made: Bools) -> Claim:
         """A normal has unit length, to single precision."""
         zero, origin = self._nothing, np.zeros((len(made), 3))
         tip, unit_ball = Point(np.where(made[:, None], self.answers.normal, 0.0)), Capsule(origin, origin, zero + 1.0)
-        return self._claim(tip, unit_ball, (zero, zero), (BRIEF, LENGTHY), LENGTH, made, zero)
+        return self.claim(tip, unit_ball, (zero, zero), (BRIEF, LENGTHY), LENGTH, made, zero)
 
     def _contact_point_claims(self, finite: Bools) -> Iterator[Claim]:
         """A single contact point is no farther from either shape than the depth, as both witnesses are."""
@@ -300,7 +344,7 @@ class Questioned:
         point = Point(np.where(said[:, None], self.answers.point, 0.0))
         bounds = np.full(len(said), -np.inf), np.where(said, depth, 0.0)
         for shape, margin in ((self.a, self.margin_a), (self.b, self.margin_b)):
-            yield self._claim(point, _tested(shape), bounds, ("", OUTSIDE), WITNESS, said, margin)
+            yield self.claim(point, tested(shape), bounds, ("", OUTSIDE), WITNESS, said, margin)
 
     def _witness_claims(self, finite: Bools) -> Iterator[Claim]:
         zero, answers = self._nothing, self.answers
@@ -312,11 +356,11 @@ class Questioned:
             (said_b, on_b, self.b, self.margin_b),
         ):
             point = Point(np.where(said[:, None], witness, 0.0))
-            yield self._claim(point, _tested(shape), (free, zero), ("", OFF_SHAPE), WITNESS, said, margin)
+            yield self.claim(point, tested(shape), (free, zero), ("", OFF_SHAPE), WITNESS, said, margin)
         both = said_a & said_b
         ball = np.where(both[:, None], on_b, 0.0)
         reach = np.where(both, np.abs(answers.distance), 0.0)
-        yield self._claim(
+        yield self.claim(
             Point(np.where(both[:, None], on_a, 0.0)),
             Capsule(ball, ball, reach),
             (zero, zero),
@@ -337,22 +381,22 @@ class Questioned:
         reach = np.where(hit & usable & np.isfinite(answers.t), np.maximum(reach, answers.t), reach)
         end = ray.at(reach)
         whole, rounding = Capsule(ray.origin, end, zero), _rounding(ray.origin, end)
-        yield self._claim(whole, self.b, (zero, -free), (RAY_MISSED, ""), BOOL, missed, margin, rounding=rounding)
-        yield self._claim(whole, self.b, (free, zero), ("", RAY_FALSE), BOOL, hit, margin, rounding=rounding)
+        yield self.claim(whole, self.b, (zero, -free), (RAY_MISSED, ""), BOOL, missed, margin, rounding=rounding)
+        yield self.claim(whole, self.b, (free, zero), ("", RAY_FALSE), BOOL, hit, margin, rounding=rounding)
         point = self.hit_point().position
         hit = hit & usable
         rounding = _rounding(ray.origin, point)
         until = Capsule(ray.origin, point, zero)
         way = norm(point - ray.origin)
         late, off = (RAY_LATE, ""), ("", RAY_OFF)
-        yield self._claim(
+        yield self.claim(
             until, self.b, (zero, -free), late, VALUE, hit & (way > 0), margin, way, rounding, measures=hit
         )
-        yield self._claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding, measures=hit)
+        yield self.claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding, measures=hit)
         placed = hit & np.isfinite(answers.point).all(axis=-1)
         named_point = Point(np.where((placed & usable)[:, None], answers.point, point))
         ball = Capsule(point, point, zero)
-        yield self._claim(named_point, ball, (free, zero), ("", RAY_POINT), WITNESS, placed, zero, rounding=rounding)
+        yield self.claim(named_point, ball, (free, zero), ("", RAY_POINT), WITNESS, placed, zero, rounding=rounding)
         normal = answers.normal
         named = hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1) & (np.abs(normal).max(axis=-1) > 0)
         if self.of_union:  # in front of a face there may be another part of the solid
@@ -360,9 +404,9 @@ class Questioned:
         outward = np.where(named[:, None], normal, np.array([0.0, 0.0, 1.0]))
         beyond: Proxy = HalfSpace(-outward, dot(outward, point))
         if isinstance(self.b, HalfSpace):  # two half-spaces overlap without end at the least tilt
-            beyond = _cube_on(point, outward, np.maximum(ray.magnitude, self.b.magnitude))
-        yield self._claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin, rounding=rounding)
-        yield self._unit_claim(hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1))
+            beyond = cube_on(point, outward, np.maximum(ray.magnitude, self.b.magnitude))
+        yield self.claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin, rounding=rounding)
+        yield self.unit_claim(hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1))
 
 
 def is_fragile(shape: Proxy) -> bool:
@@ -370,10 +414,10 @@ def is_fragile(shape: Proxy) -> bool:
     return any(map(is_fragile, shape.parts)) if isinstance(shape, Composite) else isinstance(shape, FRAGILE)
 
 
-def _leverage(shape: Proxy) -> Array | float:
+def leverage(shape: Proxy) -> Array | float:
     """By how much the rounding of a move grows: rounding the ends of a flat disc's axis turns the disc."""
     if isinstance(shape, Composite):
-        return np.asarray(np.max([np.broadcast_to(_leverage(part), len(shape)) for part in shape.parts], axis=0))
+        return np.asarray(np.max([np.broadcast_to(leverage(part), len(shape)) for part in shape.parts], axis=0))
     if isinstance(shape, Cylinder):
         return 1.0 + shape.radius / norm(shape.q - shape.p)
     return 1.0
@@ -389,12 +433,12 @@ def past(ray: Ray, b: Proxy) -> Array:
     return 2.0 + (norm(b.reference_point - ray.origin) + 4.0 * b.magnitude) / norm(ray.direction)
 
 
-def _tested(shape: Proxy) -> Proxy:
+def tested(shape: Proxy) -> Proxy:
     """The shape as one that a point can be tested against: two points are no cell of the table."""
     return Capsule(shape.position, shape.position, np.zeros(len(shape))) if isinstance(shape, Point) else shape
 
 
-def _cube_on(point: Array, outward: Array, half: Array) -> Box:
+def cube_on(point: Array, outward: Array, half: Array) -> Box:
     """Cubes that stand on the plane through `point`, on the side to which `outward` points."""
     n = outward / norm(outward)[:, None]
     up = np.where(n[:, 2:] < 0, -n, n)

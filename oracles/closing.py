@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from oracles.bench import Workshop
 from oracles.engine import Engine
-from oracles.impact_regimes import is_of_impacts
 from oracles.outcome import ANSWERED, Finding, Kind, Run
+from oracles.recipes import is_for
 from oracles.repro import script_of
 from oracles.repro.calls import call_of
-from oracles.scene import IMPACT
+from oracles.sweep_regimes import TURNING
 
 
 def write_scripts(run: Run, shop: Workshop) -> None:
@@ -50,7 +50,8 @@ def silent_cells(run: Run) -> list[str]:
     }
     for cell, note in run.support.items():
         engine, query, pair = cell
-        wanted = [name for name in run.regimes if is_of_impacts(name) == (query == IMPACT)]
+        refused = {key[3] for key, n in run.counts.items() if n and key[:3] == cell and key[4] is Kind.UNSUPPORTED}
+        wanted = [name for name in run.regimes if is_for(name, query) and not (name in TURNING and name in refused)]
         lacking = [regime for regime in wanted if (*cell, regime) not in compared]
         if note.kind != "unsupported" and lacking:
             regimes = f"{len(lacking)} of {len(wanted)} regimes: {', '.join(lacking)}"

@@ -12,10 +12,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from oracles.claims import past
+from oracles.course import Course
 from oracles.looks import Look, look
 from oracles.motion import Motion
 from oracles.reference import signed
 from oracles.scene import Scene
+from oracles.sweep_reference import first_contacts
 from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray
 from refimpl.linear import Array, apply, dot, norm, rotation_matrix
 from refimpl.supports import support
@@ -32,6 +34,7 @@ CLASSES = (
     "far away",
     "thin",
     "parting",
+    "turning",
     "fast",
     "slow",
     "grazing",
@@ -60,6 +63,8 @@ NEARLY = 1e-3
 LARGE, SMALL = 1e3, 1e-3
 UNEQUAL = 100.0
 FAST, SLOW = 30.0, 0.1
+GRAZING = 1e-2
+"""Part of the relative motion that is along the normal, of sweeps that graze."""
 ENDLESS = 1e30
 """Scenes larger than this, or smaller than its inverse, are about overflow."""
 
@@ -72,12 +77,14 @@ def degeneracy(scene: Scene) -> str:
 
 def features(scene: Scene, gaps: tuple[float, ...] = ()) -> frozenset[str]:
     """Everything that is special about a scene, of which the `gaps_of` may be known."""
-    if scene.motion is not None:
-        return frozenset(_of_impact(scene, scene.motion))
+    if scene.impact is not None:
+        return frozenset(_of_impact(scene, scene.impact))
     a, b = look(scene.a), look(scene.b)
     gaps = gaps or gaps_of(scene.a[None], scene.b[None])[0]
     found = {*_of_sizes(scene, a, b), *_of_poses(scene, a, b)}
     found |= set(_of_ray(scene, *gaps) if isinstance(scene.a, Ray) else _of_contact(scene, a, b, *gaps))
+    if scene.course is not None:
+        found |= set(_of_course(scene, scene.course))
     if "parallel" in found and "nearly touching" in found and _facing(scene, a, b, gaps[0]):
         found.add("face on face")
     return frozenset(found)
@@ -201,6 +208,27 @@ def _facing(scene: Scene, a: Look, b: Look, gap: float) -> bool:
 def _width(shape: Proxy, n: Array) -> float:
     """Half the width of a bounded proxy along a unit direction, of one that is the same both ways."""
     return float(support(shape, n) + support(shape, -n)) / 2
+
+
+def _of_course(scene: Scene, course: Course) -> Iterator[str]:
+    """What is special about the motion of a sweep: against the size of the bodies, and how they meet."""
+    length, way = length_of(scene), float(course.way(scene.a, scene.b))
+    if bool(course.turns):
+        yield "turning"
+    if way > FAST * length:
+        yield "fast"
+    if way < NEARLY * length:
+        yield "slow"
+    first = first_contacts(scene.a[None], scene.b[None], course[None])
+    relative = course.a.linear - course.b.linear
+    if first.hit[0] and np.isfinite(first.normal[0]).all():
+        closing = float(dot(relative, first.normal[0]))
+        if abs(closing) <= GRAZING * float(norm(relative)):
+            yield "grazing"
+        if _is_nothing(np.cross(relative, first.normal[0]), float(norm(relative)) or 1.0):
+            yield "head on"
+    elif not first.hit[0]:
+        yield "behind"
 
 
 def _of_impact(scene: Scene, motion: Motion) -> Iterator[str]:

@@ -6,7 +6,8 @@ in the terms of the contract, whatever the engine's own are: the normal points f
 negative distance, a ray's time counts in units of its direction's length. Converting is the adapter's work.
 
 An impact is two proxies about to touch, with their motion (`oracles.motion`), whose numbers stand behind those of A
-in its row; the answer is the velocities after.
+in its row; the answer is the velocities after. A sweep is two proxies and their ways (`oracles.course`), whose numbers
+stand there too; the answer is the first time from 0 to 1 at which the two touch, the point, and the normal from A to B.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 
 from oracles.impact_stages import TARGETS
 from oracles.motion import Motion
-from oracles.scene import DISTANCE, IMPACT, QUERIES, RAYCAST
+from oracles.scene import DISTANCE, IMPACT, QUERIES, RAYCAST, SWEEP
 from refimpl.shapes import Point, Proxy, Ray
 
 if TYPE_CHECKING:
@@ -122,9 +123,9 @@ class Answers:
     normal : (n, 3)
         Unit vector from A to B; for a ray the outward normal of B.
     t : (n,)
-        A ray's time in units of its direction's length; infinite on a miss.
+        A ray's time in units of its direction's length; the time of a sweep, from 0 to 1; infinite on a miss.
     point : (n, 3)
-        A contact's position where the engine gives one and not two; a ray's hit point.
+        A contact's position where the engine gives one and not two; a ray's hit point; where a sweep ends.
     velocity_a, angular_a, velocity_b, angular_b : (n, 3)
         Of both bodies after an impact.
     errors : dict
@@ -216,7 +217,8 @@ class Tolerance:
     ----------
     value : Bound
         Error of the signed distance; for a ray: how far from B's surface the point at time t may lie; for an impact:
-        by how much velocities would have to change to fulfil the laws.
+        by how much velocities would have to change to fulfil the laws; for a sweep: how far the two move in the time
+        by which it is off, and no farther than they then are apart, or have got into each other.
     witness : Bound
         How far a witness may lie off its shape, and the two from being |distance| apart.
     boolean : Bound
@@ -339,12 +341,19 @@ class Engine(ABC):
             return unsupported("two points are no pair of the table")
         if query == IMPACT:
             return self._impact_support(A, B) if (A, B) in TARGETS else unsupported(NOT_STAGED)
+        if query == SWEEP:
+            return self._sweep_support(A, B)
         return self._support(query, A, B)
 
     def _impact_support(self, A: Kind, B: Kind) -> Support:
         """Support of impacts, in a cell that makes sense; none, unless an adapter says so."""
         del A, B
         return unsupported(f"{self.name} is asked about shapes at rest: there are no impacts")
+
+    def _sweep_support(self, A: Kind, B: Kind) -> Support:
+        """Support of sweeps, in a cell that makes sense; none, unless an adapter says so."""
+        del A, B
+        return unsupported(f"{self.name} is asked about shapes at rest: there are no sweeps")
 
     @abstractmethod
     def _support(self, query: str, A: Kind, B: Kind) -> Support:
@@ -426,7 +435,7 @@ def faults(query: str, says: frozenset[str], table: Array) -> dict[int, str]:
             bad &= described
         if name != "distance":  # an overlap without end has neither witnesses nor normal
             bad &= table[:, COLUMNS["distance"]][:, 0] != -np.inf
-        if name == "normal" and query == RAYCAST:  # nor has a ray that starts inside
+        if name == "normal" and query in (RAYCAST, SWEEP):  # nor has what starts inside
             bad &= table[:, COLUMNS["t"]][:, 0] != 0
         for i in np.flatnonzero(bad):
             value = columns[i].tolist()

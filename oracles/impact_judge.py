@@ -124,13 +124,13 @@ class ImpactJudge:
 
     def convict(self, scene: Scene, answers: Answers) -> Verdict:
         """Verdict on the one answer in `answers`, with its proof."""
-        assert scene.motion is not None
+        assert scene.impact is not None
         kind, symptom = fate_of(answers, 0)
         if kind is not Kind.AGREES:
             return self._no_answer(scene, kind, symptom, answers.errors.get(0, "no more is known"))
         if _unusable(answers)[0]:
             return self._no_answer(scene, Kind.WRONG, NOT_A_NUMBER, "a velocity is missing or beyond all bounds")
-        part = _Part(scene.cell, scene.a[None], scene.b[None], scene.motion[None], answers)
+        part = _Part(scene.cell, scene.a[None], scene.b[None], scene.impact[None], answers)
         allowed = Fraction(float(self._allowed(part)[0]))
         ours = first_broken(part.motion, answers, allowed)
         if ours is None:
@@ -149,10 +149,10 @@ class ImpactJudge:
 
         Undecided where there is no answer.
         """
-        assert scene.motion is not None
+        assert scene.impact is not None
         if answers.status[0] != Status.ANSWERED or _unusable(answers)[0]:
             return Verdict(Kind.UNDECIDED)
-        part = _Part(scene.cell, scene.a[None], scene.b[None], scene.motion[None], answers)
+        part = _Part(scene.cell, scene.a[None], scene.b[None], scene.impact[None], answers)
         effective = self._effective(part)
         amount = min(_greatest(motion, answers) for motion in (part.motion, effective))
         return Verdict(Kind.AGREES, amount=max(0.0, round_down(amount)))
@@ -185,8 +185,8 @@ def after_of(answers: Answers) -> After:
 
 def audit_impact(scene: Scene) -> Verdict:
     """Try the reference itself on one scene: its own velocities must fulfil every law."""
-    assert scene.motion is not None
-    motion = scene.motion[None]
+    assert scene.impact is not None
+    motion = scene.impact[None]
     answers = reference_of(motion)
     worst = first_broken(motion, answers, Fraction(float(REFERENCE_ERROR * motion.speed[0])))
     certificate = certificate_of(scene, answers)
@@ -200,9 +200,9 @@ def audit_impact(scene: Scene) -> Verdict:
 
 def certificate_of(scene: Scene, answers: Answers) -> ImpactCertificate:
     """Residuals of the laws for the one answer, as the exact checker finds them."""
-    assert scene.motion is not None
-    bodies = [MovingBody(**{name: _plain(getattr(body, name)) for name in BODY}) for body in scene.motion.bodies]
-    contact = {name: _plain(getattr(scene.motion, name)) for name in CONTACT}
+    assert scene.impact is not None
+    bodies = [MovingBody(**{name: _plain(getattr(body, name)) for name in BODY}) for body in scene.impact.bodies]
+    contact = {name: _plain(getattr(scene.impact, name)) for name in CONTACT}
     outcome = Outcome(*(_plain(getattr(answers, name)[0]) for name in VELOCITIES))
     return certify_impact(Impact(bodies[0], bodies[1], **contact), outcome)
 
@@ -222,9 +222,9 @@ def broken_by(certificate: ImpactCertificate, scene: Scene, symptom: str) -> Fra
     for name, value in zip(VELOCITIES, values, strict=True):
         table[0, COLUMNS[name]] = value
     answers = Answers.from_table(np.zeros(1, dtype=np.int8), table, {})
-    if scene.motion is None or certificate_of(scene, answers) != certificate:
+    if scene.impact is None or certificate_of(scene, answers) != certificate:
         raise InvalidCertificate("the certificate is about another impact")
-    return max((amount for law, amount in _exactly(scene.motion[None], answers) if law == symptom), default=Fraction(0))
+    return max((amount for law, amount in _exactly(scene.impact[None], answers) if law == symptom), default=Fraction(0))
 
 
 def _plain(values: Array) -> Any:

@@ -16,8 +16,6 @@ from oracles.draws import Draws, log_uniform
 from oracles.engine import Engine
 from oracles.impact_stages import CORNER, EDGE, FACE, Staged, stage
 from oracles.motion import Motion, Moving
-from oracles.regimes import regimes_for
-from oracles.scene import IMPACT
 from refimpl import HalfSpace, Proxy, Sphere
 from refimpl.linear import Array, dot, norm, scale
 from refimpl.mass import mass_properties
@@ -46,16 +44,6 @@ def impact_regimes_for(engines: Iterable[Engine]) -> dict[str, ImpactRegime]:
     """The regimes that every pass asks, and one more for each engine that declares thresholds of speed."""
     own = {f"{SPEEDS_OF}{engine.name}": speeds_of(engine) for engine in engines if engine.speed_thresholds}
     return IMPACT_REGIMES | own
-
-
-def is_of_impacts(name: str) -> bool:
-    """Whether a regime of this name has impacts, or scenes at rest."""
-    return name in IMPACT_REGIMES or name.startswith(SPEEDS_OF)
-
-
-def regimes_of(query: str, engines: Iterable[Engine] = ()) -> list[str]:
-    """Names of the regimes that have scenes for a query; with those of the engines' own thresholds."""
-    return list(impact_regimes_for(engines) if query == IMPACT else regimes_for(engines))
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,9 @@ from oracles.engine import Answers, Array, Status
 from oracles.forms import batch_of, by_form
 from oracles.judges import finding_of
 from oracles.likeness import Failing, key_of
-from oracles.motion import Motion
 from oracles.outcome import Finding, Kind
 from oracles.relations import Bench, question
-from oracles.scene import IMPACT, Cell, Scene, packed_rows
+from oracles.scene import MOVING, UNPACK_MOTION, Cell, Scene, packed_rows
 
 GIVE_UP_AFTER = 1
 """Candidates of a batch that may run out of time before the rest of it is left."""
@@ -72,7 +71,7 @@ class Inquiry:
 
     def _put(self, group: list[Scene]) -> None:
         a, b = batch_of([scene.a for scene in group]), batch_of([scene.b for scene in group])
-        motion = Motion.unpack(_rows_of_motion(group)) if self.cell.query == IMPACT else None
+        motion = UNPACK_MOTION[self.cell.query](_rows_of_motion(group)) if self.cell.query in MOVING else None
         answers = self.bench.answer(self.cell, packed_rows(a, b, motion), give_up_after=GIVE_UP_AFTER)
         if self.lost:
             self._count_losses(group, answers)

@@ -14,24 +14,23 @@ from fractions import Fraction
 
 import numpy as np
 
-from oracles.audit import OUTSIDE, REFUSED, allows, audit
-from oracles.claims import NEITHER, NOT_A_NUMBER, Claim, Questioned
+from oracles.audit import OUTSIDE, REFUSED, audit_of
+from oracles.claims import NEITHER, NOT_A_NUMBER, Claim, Proof, Questioned
+from oracles.course import Course
 from oracles.engine import Answers, Engine
 from oracles.outcome import Kind, Severity, Verdict
-from oracles.reference import UNIONS, error_of, proven
+from oracles.reference import UNIONS
 from oracles.rules import Rules
 from oracles.scene import Cell, Scene
 from oracles.screening import CRASHED, RAISED, TIMED_OUT, Screening, Sides, fate_of, screen
 from oracles.words import conviction, said_of, severity_of
-from refimpl import Proxy, distance
-from refimpl.proof import Certificate, InvalidCertificate
+from refimpl import Proxy
+from refimpl.proof import InvalidCertificate
 from refimpl.proof.certify import round_down, round_up
 
 __all__ = ["CRASHED", "RAISED", "TIMED_OUT", "Judge", "Screening"]
 
 Exact = Fraction | float
-Proven = tuple[Certificate, tuple[Exact, Exact], Scene]
-"""Certificate, the interval of the signed distance that it proves, and the scene that it is about."""
 
 
 class Judge:
@@ -41,17 +40,16 @@ class Judge:
         self.engine = engine
         self.rules = Rules(engine)
 
-    def screen(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Screening:
+    def screen(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, course: Course | None = None) -> Screening:
         """Give every row of a batch its verdict by floats."""
-        return screen(self.rules, cell, a, b, answers)
+        return screen(self.rules, cell, a, b, answers, course)
 
     def convict(self, scene: Scene, answers: Answers) -> Verdict:
         """Verdict on the one answer in `answers`, with its proof."""
         kind, symptom = fate_of(answers, 0)
         if kind is not Kind.AGREES:
             return self._no_answer(scene, kind, symptom, answers.errors.get(0, "no more is known"))
-        cell = scene.cell
-        nominal = self.rules.questioned(cell, scene.a[None], scene.b[None], answers)
+        nominal = self.rules.of_scene(scene, answers)
         if nominal.unusable[0]:
             return self._no_answer(scene, Kind.WRONG, NOT_A_NUMBER, f"it answers {said_of(scene.query, answers)}")
         return self._convict_jointly(scene, nominal)
@@ -59,7 +57,7 @@ class Judge:
     def _convict_jointly(self, scene: Scene, nominal: Questioned) -> Verdict:
         """Try claim by claim, on the scene's shapes and on the effective ones; first those that may fail on both."""
         cell = scene.cell
-        effective = self.rules.effectively(cell, nominal.a, nominal.b, nominal.answers)
+        effective = self.rules.effectively(cell, nominal)
         own = self._weighed(cell, nominal, scene)
         same = effective.is_as(nominal)
         pairs = list(zip(own, own if same else self._weighed(cell, effective, scene), strict=True))
@@ -126,7 +124,7 @@ class Judge:
 
     def _no_answer(self, scene: Scene, kind: Kind, symptom: str, text: str) -> Verdict:
         """Verdict on an answer that is none; what it should have been is proven all the same."""
-        truth = audit(scene.a, scene.b)
+        truth = audit_of(scene)
         if truth.kind is Kind.REFERENCE_WRONG:
             return truth
         claim = f"{self.engine.name}: {symptom} ({text})."
@@ -150,12 +148,12 @@ class Judge:
 
         As in the screening, where the answer breaks a claim the effective shapes may speak for the engine.
         """
-        nominal = self.rules.questioned(scene.cell, scene.a[None], scene.b[None], answers)
+        nominal = self.rules.of_scene(scene, answers)
         if not nominal.answered[0] or nominal.unusable[0]:
             return Verdict(Kind.UNDECIDED)
         questions = [nominal]
         if Sides.of(self.rules, scene.cell, nominal).violated.any():
-            questions.append(self.rules.effectively(scene.cell, nominal.a, nominal.b, answers))
+            questions.append(self.rules.effectively(scene.cell, nominal))
         found: list[Exact] = []
         for rows in questions:
             least: Exact = 0.0
@@ -163,7 +161,7 @@ class Judge:
                 known = self._interval(claim, scene)
                 if isinstance(known, Verdict):
                     return known
-                least = max(least, *(amount for _, amount, _ in _violations(claim, known[1])))
+                least = max(least, *(amount for _, amount, _ in _violations(claim, known.interval)))
             found.append(least)
         return Verdict(Kind.AGREES, amount=max(0.0, round_down(min(found))))
 
@@ -175,24 +173,21 @@ class Judge:
         if isinstance(known, Verdict):
             return known
         allowed = _exact(float(self.rules.allowed(cell, claim.kind, np.array([scene.size]))[0]))
-        for word, least, most in _violations(claim, known[1]):
+        for word, least, most in _violations(claim, known.interval):
             if most > allowed:
                 kind = Kind.WRONG if least > allowed else Kind.UNDECIDED
                 return self._verdict(kind, word, least, known, rows, scene)
         return Verdict(Kind.AGREES)
 
-    def _interval(self, claim: Claim, scene: Scene) -> Proven | Verdict:
-        """What is proven of the signed distance that a claim is about; a verdict where it is against ourselves."""
-        x, y = claim.x[0], claim.y[0]
-        proof_scene = Scene(scene.query, x, y, scene.regime, scene.source)
+    def _interval(self, claim: Claim, scene: Scene) -> Proof | Verdict:
+        """What is proven of the number that a claim is about; a verdict where it is against ourselves."""
         try:
-            certificate, interval = proven(x, y)
+            known = claim.proof(scene)
         except InvalidCertificate as refused:
-            return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=proof_scene)
-        lower, upper = interval
-        sigma = float(distance(x, y).distance)
-        if not allows(lower, upper, sigma, error_of(x, y) * max(proof_scene.size, abs(sigma))):
-            text = f"refimpl says {sigma!r}, but the proven interval is [{float(lower)!r}, {float(upper)!r}]"
+            return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=scene)
+        lower, upper = known.proves
+        if not known.fits:
+            text = f"refimpl says {known.value!r}, but the proven interval is [{float(lower)!r}, {float(upper)!r}]"
             bounds = round_down(lower), round_up(upper)
             return Verdict(
                 Kind.REFERENCE_WRONG,
@@ -201,18 +196,17 @@ class Judge:
                 math.inf,
                 *bounds,
                 text,
-                certificate,
-                proof_scene,
+                known.certificate,
+                known.scene,
             )
-        return certificate, interval, proof_scene
+        return known
 
-    def _verdict(self, kind: Kind, word: str, amount: Exact, known: Proven, rows: Questioned, scene: Scene) -> Verdict:
-        certificate, interval, proof_scene = known
-        lower, upper = round_down(interval[0]), round_up(interval[1])
+    def _verdict(self, kind: Kind, word: str, amount: Exact, known: Proof, rows: Questioned, scene: Scene) -> Verdict:
+        lower, upper = round_down(known.proves[0]), round_up(known.proves[1])
         said = said_of(scene.query, rows.answers)
         claim = conviction(self.engine.name, said, word, (lower, upper), float(amount))
         severity = severity_of(word, float(amount), scene.size) if kind is Kind.WRONG else None
-        return Verdict(kind, word, severity, float(amount), lower, upper, claim, certificate, proof_scene)
+        return Verdict(kind, word, severity, float(amount), lower, upper, claim, known.certificate, known.scene)
 
 
 def _violations(claim: Claim, interval: tuple[Exact, Exact]) -> Iterator[tuple[str, Exact, Exact]]:

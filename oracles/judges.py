@@ -1,4 +1,4 @@
-"""The judges of one engine: for shapes at rest, and for impacts."""
+"""The judges of one engine: for shapes at rest and on their way, and for impacts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from oracles.answers import reference_for, said
-from oracles.audit import audit
+from oracles.audit import audit_of
+from oracles.course import Course
 from oracles.engine import Answers, Engine
 from oracles.impact_judge import ImpactJudge, audit_impact
 from oracles.judge import Judge
@@ -24,33 +25,33 @@ class Judges:
     engine: Engine
 
     @cached_property
-    def _at_rest(self) -> Judge:
+    def _in_space(self) -> Judge:
         return Judge(self.engine)
 
     @cached_property
     def _of_impacts(self) -> ImpactJudge:
         return ImpactJudge(self.engine)
 
-    def screen(self, cell: Cell, a: Proxy, b: Proxy, motion: Motion | None, answers: Answers) -> Screening:
+    def screen(self, cell: Cell, a: Proxy, b: Proxy, motion: Motion | Course | None, answers: Answers) -> Screening:
         """Give every row of a batch its verdict by floats."""
-        if motion is not None:
+        if isinstance(motion, Motion):
             return self._of_impacts.screen(cell, a, b, motion, answers)
-        return self._at_rest.screen(cell, a, b, answers)
+        return self._in_space.screen(cell, a, b, answers, motion)
 
     def convict(self, scene: Scene, answers: Answers) -> Verdict:
         """Verdict on the one answer in `answers`, with its proof."""
-        judge = self._at_rest if scene.motion is None else self._of_impacts
+        judge = self._in_space if scene.impact is None else self._of_impacts
         return judge.convict(scene, answers)
 
     def proven_error(self, scene: Scene, answers: Answers) -> Verdict:
         """How far off the one value in `answers` is proven to be at least; no verdict on whether that is allowed."""
-        judge = self._at_rest if scene.motion is None else self._of_impacts
+        judge = self._in_space if scene.impact is None else self._of_impacts
         return judge.proven_error(scene, answers)
 
 
-def audit_of(scene: Scene) -> Verdict:
+def audited(scene: Scene) -> Verdict:
     """Try the reference itself on one scene."""
-    return audit(scene.a, scene.b) if scene.motion is None else audit_impact(scene)
+    return audit_of(scene) if scene.impact is None else audit_impact(scene)
 
 
 def finding_of(engine: str, scene: Scene, answers: Answers, verdict: Verdict) -> Finding:

@@ -123,7 +123,7 @@ def come_together(findings: Sequence[Finding]) -> list[Finding]:
 
 def _decades_from_one(scene: Scene) -> int:
     """How many decades beyond 0.1 and 10 the larger body and a ray's direction are, of impacts the speed."""
-    sizes = [scene.size if scene.motion is not None else length_of(scene)]
+    sizes = [scene.size if scene.impact is not None else length_of(scene)]
     if isinstance(scene.a, Ray):
         sizes.append(float(norm(scene.a.direction)))
     return max(int(abs(math.log10(size))) if 0 < size < math.inf else 0 for size in sizes)

@@ -12,10 +12,9 @@ from oracles.adapters import require_sound
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, workshop
 from oracles.engine import EngineUnavailable
-from oracles.impact_regimes import impact_reasons, impact_regimes_for
 from oracles.outcome import Run, SupportNote
-from oracles.regimes import reasons, regimes_for
-from oracles.scene import IMPACT, cells, cells_of
+from oracles.recipes import reasons_of
+from oracles.scene import cells, cells_of
 from oracles.store import Store
 
 
@@ -46,7 +45,7 @@ def run_of(shop: Workshop, pairs: Sequence[PairKey], budget: float) -> Run:
     """Say what will be asked, of what, and why."""
     engines = [bench.engine for bench in shop.benches]
     started = datetime.now(UTC).isoformat(timespec="seconds")
-    run = Run(shop.setup.seed, budget, started, regimes=reasons(regimes_for(engines)))
+    run = Run(shop.setup.seed, budget, started)
     run.engines = [bench.name for bench in shop.benches]
     run.versions = own_versions()
     run.engine_versions = {bench.name: next(iter(bench.engine.versions().values()), "") for bench in shop.benches}
@@ -56,8 +55,8 @@ def run_of(shop: Workshop, pairs: Sequence[PairKey], budget: float) -> Run:
         for bench in shop.benches:
             support = bench.engine.support(cell.query, cell.type_a, cell.type_b)
             run.support[bench.name, cell.query, cell.pair] = SupportNote(support.kind.value, support.reason)
-    if any(query == IMPACT and note.kind != "unsupported" for (_, query, _), note in run.support.items()):
-        run.regimes |= impact_reasons(impact_regimes_for(engines))
+    answered = {query for (_, query, _), note in run.support.items() if note.kind != "unsupported"}
+    run.regimes = reasons_of(answered, engines)
     return run
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from oracles.accuracy import Accuracy, CellKey, Extreme, ExtremeKey
 from oracles.scene import Scene
-from refimpl.proof import Certificate
+from refimpl.proof import Certificate, SweepCertificate
 from refimpl.proof.impacts import ImpactCertificate
 
 if TYPE_CHECKING:
@@ -95,8 +95,8 @@ class Verdict:
     amount
         Proven: the answer is wrong by at least this much (a length, of impacts a velocity; 0 when nothing is wrong).
     lower, upper
-        Proven interval of what the certificate is about: the signed distance of the scene (a ray's time of
-        the hit), or that of `proof_scene` where there is one; of an impact, by how much velocities would have to
+        Proven interval of what the certificate is about: the signed distance of the scene (a ray's or a sweep's time
+        of the hit), or that of `proof_scene` where there is one; of an impact, by how much velocities would have to
         change to fulfil the law that is broken.
     claim
         One sentence: what the engine said, and what is true.
@@ -112,7 +112,7 @@ class Verdict:
     lower: float = float("nan")
     upper: float = float("nan")
     claim: str = ""
-    certificate: Certificate | ImpactCertificate | None = None
+    certificate: Certificate | ImpactCertificate | SweepCertificate | None = None
     proof_scene: Scene | None = None
 
 

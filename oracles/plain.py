@@ -11,8 +11,9 @@ from oracles.impact_regimes import IMPACT_REGIMES
 from oracles.impact_stages import TARGETS
 from oracles.plain_bodies import plain_pairs
 from oracles.plain_impacts import plain_impacts
+from oracles.plain_sweeps import plain_sweeps
 from oracles.regimes import REGIMES
-from oracles.scene import IMPACT, Cell, Scene
+from oracles.scene import IMPACT, SWEEP, Cell, Scene
 from refimpl import ShapeError
 from refimpl.linear import Array
 
@@ -46,6 +47,8 @@ class RoundDraws:
 @lru_cache(maxsize=64)
 def plain_scenes(cell: Cell, regime: str) -> tuple[Scene, ...]:
     """Scenes of a cell, of round numbers, in the usual regimes and in one more; always the same."""
+    if cell.query == SWEEP:
+        return tuple(plain_sweeps(cell))
     found = list(plain_impacts(cell) if cell.query == IMPACT else plain_pairs(cell))
     impacts = cell.query == IMPACT
     if impacts and (cell.type_a, cell.type_b) not in TARGETS:

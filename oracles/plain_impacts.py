@@ -169,7 +169,7 @@ def restaged(scene: Scene) -> Iterator[Scene]:
 
     Or up to a hundred times as fast, for errors that grow with it.
     """
-    motion = scene.motion
+    motion = scene.impact
     assert motion is not None
     closing = float(motion.closing / np.linalg.norm(motion.normal))
     for touch in TOUCHES.get((type(scene.a), type(scene.b)), ()):

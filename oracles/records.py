@@ -15,10 +15,12 @@ from oracles.accuracy import ABSOLUTE, RELATIVE, CellKey, Extreme, ExtremeKey
 from oracles.impact_judge import broken_by
 from oracles.outcome import Finding, Kind, Outcome, Related, Severity, Verdict
 from oracles.scene import Scene
-from refimpl.proof import Certificate, check, from_json
+from refimpl.proof import Certificate, InvalidCertificate, SweepCertificate, check, check_sweep, from_json
 from refimpl.proof.claims import Bound
 from refimpl.proof.impacts import ImpactCertificate
-from refimpl.proof.wire import certificate_to_json, impact_from_json
+from refimpl.proof.wire import certificate_to_json, impact_from_json, sweep_certificate_from_json
+
+AnyCertificate = Certificate | ImpactCertificate | SweepCertificate
 
 LONGEST_TEXT = 2_000
 """Characters of any text that is read back."""
@@ -151,7 +153,8 @@ def finding_from_json(data: Any) -> Finding:
     """
     scene = Scene.from_json(data["scene"])
     proof_scene = None if data["proof_scene"] is None else Scene.from_json(data["proof_scene"])
-    certificate = None if data["certificate"] is None else certificate_from_json(data["certificate"], scene)
+    about = proof_scene or scene
+    certificate = None if data["certificate"] is None else certificate_from_json(data["certificate"], about)
     verdict = Verdict(
         Kind(data["kind"]),
         _text(data["symptom"]),
@@ -186,9 +189,11 @@ def _answer(data: Any) -> dict[str, object]:
     }
 
 
-def certificate_from_json(data: Any, scene: Scene) -> Certificate | ImpactCertificate:
+def certificate_from_json(data: Any, scene: Scene) -> AnyCertificate:
     """Read the certificate of a scene, of the kind that its query has."""
-    return from_json(data) if scene.motion is None else impact_from_json(data)
+    if scene.course is not None:
+        return sweep_certificate_from_json(data)
+    return from_json(data) if scene.impact is None else impact_from_json(data)
 
 
 def unproven(verdict: Verdict, scene: Scene) -> str:
@@ -206,9 +211,13 @@ def unproven(verdict: Verdict, scene: Scene) -> str:
     return ""
 
 
-def proven_interval(certificate: Certificate | ImpactCertificate, scene: Scene, symptom: str) -> tuple[Bound, Bound]:
-    """What a certificate proves: an interval of the signed distance, or how far velocities are from a law."""
+def proven_interval(certificate: AnyCertificate, scene: Scene, symptom: str) -> tuple[Bound, Bound]:
+    """What a certificate proves: an interval of the signed distance or of a time; how far velocities are from a law."""
     if isinstance(certificate, ImpactCertificate):
         amount: Fraction = broken_by(certificate, scene, symptom)
         return amount, amount
+    if isinstance(certificate, SweepCertificate):
+        if scene.course is None:
+            raise InvalidCertificate("the certificate of a sweep is about a scene at rest")
+        return check_sweep(certificate, scene.a, scene.b, *scene.course.motions)
     return check(certificate, scene.a, scene.b)

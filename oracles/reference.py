@@ -6,8 +6,10 @@ search is needed its result is remembered by the shapes' numbers; closed forms a
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -162,3 +164,11 @@ def proven(x: Proxy, y: Proxy) -> tuple[Certificate, tuple[Bound, Bound]]:
         if len(_proven) > MOST_PROVEN:
             _proven.popitem(last=False)
     return _proven[key]
+
+
+def allows(lower: Bound, upper: Bound, value: float, error: float) -> bool:
+    """Whether `value` lies in the proven interval, but for the error that the reference is allowed."""
+    if math.isinf(value):
+        return value == lower == upper or (value < 0 and lower == value)
+    slack = Fraction(error)
+    return lower - slack <= Fraction(value) <= upper + slack

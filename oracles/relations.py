@@ -23,6 +23,7 @@ from oracles import relations_of_form, relations_of_queries, relations_of_space
 from oracles.answers import said, take
 from oracles.batch import Batch
 from oracles.claims import RAY_LATE, RAY_OFF, RAY_POINT, WRONG_BOOLEANS
+from oracles.course import Course
 from oracles.engine import Answers, Engine, Status, SupportKind
 from oracles.judges import Judges, finding_of
 from oracles.motion import Motion
@@ -118,6 +119,8 @@ def relate(
         Of relations, keys of `RELATIONS`; all by default.
     """
     scenes = [batch.scene(cell.query, i) for i in range(len(batch))]
+    if isinstance(batch.motion, Course):
+        raise TypeError("there are no relations of sweeps")
     if answers is None:
         answers = _ask(bench, cell, batch.a, batch.b, batch.motion, batch.groups)
     asked = Asked(bench.engine, cell, batch.a, batch.b, batch.motion, answers)
@@ -129,7 +132,7 @@ def relate(
 
 def question(bench: Bench, name: str, scene: Scene) -> Finding | None:
     """Put one relation to one scene; answers its finding, if there is one."""
-    motion = None if scene.motion is None else scene.motion[None]
+    motion = None if scene.impact is None else scene.impact[None]
     a, b = scene.a[None], scene.b[None]
     answers = _ask(bench, scene.cell, a, b, motion, None)
     found = Relations()
@@ -260,7 +263,7 @@ def said_by(scene: Scene, answers: Answers) -> str:
     """What an engine said, or that it did not."""
     if answers.status[0] != Status.ANSWERED:
         return f"nothing ({answers.errors.get(0, 'no more is known')})"
-    if scene.motion is None:
+    if scene.impact is None:
         return said_of(scene.query, answers)
     return ", ".join(f"{name} {value}" for name, value in said(answers, 0).items())
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from oracles.adapters import effective_of
 from oracles.claims import LENGTH, UNIT_ERROR, Questioned
+from oracles.course import Course
 from oracles.engine import Answers, Bound, Convention, Effective, Engine, Status
 from oracles.reference import error_of, kept_shape
-from oracles.scene import Cell
+from oracles.scene import Cell, Scene
+from oracles.sweep_claims import SweptRows
 from refimpl import Point, Proxy, distance
 from refimpl.linear import Array, Bools
 
@@ -36,22 +38,25 @@ class Rules:
         bound: Bound = getattr(tolerance, kind)
         return bound.at(size)
 
-    def questioned(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Questioned:
-        """Rows of a cell on the scene's own shapes."""
-        return self._questioned(cell, (a, b), (np.zeros(len(a)), np.zeros(len(a))), answers)
-
-    def effectively(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Questioned:
-        """The same on the shapes that the engine effectively uses: the very ones given, where these are the same."""
-        rows = a.pack(), b.pack()
-        used = effective_of(self.engine, cell, *rows)
-        shapes = tuple(_shape(one, given, row) for one, given, row in zip(used, (a, b), rows, strict=True))
-        return self._questioned(cell, (shapes[0], shapes[1]), (used[0].margin, used[1].margin), answers)
-
-    def _questioned(
-        self, cell: Cell, pair: tuple[Proxy, Proxy], margins: tuple[Array, Array], answers: Answers
-    ) -> Questioned:
+    def questioned(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, course: Course | None = None) -> Questioned:
+        """Rows of a cell on the scene's own shapes; of sweeps also on what course."""
+        margins, answered = (np.zeros(len(a)), np.zeros(len(a))), answers.status == Status.ANSWERED
         waived = frozenset(self.conventions(cell))
-        return Questioned(cell.query, *pair, *margins, answers, answers.status == Status.ANSWERED, waived)
+        if course is not None:
+            return SweptRows(cell.query, a, b, *margins, answers, answered, waived, course=course)
+        return Questioned(cell.query, a, b, *margins, answers, answered, waived)
+
+    def of_scene(self, scene: Scene, answers: Answers) -> Questioned:
+        """The one row of a scene."""
+        course = None if scene.course is None else scene.course[None]
+        return self.questioned(scene.cell, scene.a[None], scene.b[None], answers, course)
+
+    def effectively(self, cell: Cell, rows: Questioned) -> Questioned:
+        """The same on the shapes that the engine effectively uses: the very ones given, where these are the same."""
+        given, numbers = (rows.a, rows.b), (rows.a.pack(), rows.b.pack())
+        used = effective_of(self.engine, cell, *numbers)
+        a, b = (_shape(one, shape, row) for one, shape, row in zip(used, given, numbers, strict=True))
+        return replace(rows, a=a, b=b, margin_a=used[0].margin, margin_b=used[1].margin)
 
     def excused_inside(self, cell: Cell, rows: Questioned) -> Bools:
         """Rays that start inside, where the engine's convention differs: a miss, or a hit on the way out."""

@@ -1,20 +1,25 @@
-"""A scene: two proxies and a query, for an impact also their motion, with a name that says where it came from."""
+"""A scene: two proxies and a query, of impacts and sweeps also their motion; with a name for where it came from."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from oracles.course import Course
 from oracles.motion import Motion
 from refimpl.linear import Array
 from refimpl.pairs import TABLE
 from refimpl.shapes import Proxy, Ray
 
-DISTANCE, CONTACTS, BOOLEAN, RAYCAST, IMPACT = "distance", "contacts", "boolean", "raycast", "impact"
-QUERIES = (DISTANCE, CONTACTS, BOOLEAN, IMPACT, RAYCAST)
+DISTANCE, CONTACTS, BOOLEAN, RAYCAST = "distance", "contacts", "boolean", "raycast"
+IMPACT, SWEEP = "impact", "sweep"
+QUERIES = (DISTANCE, CONTACTS, BOOLEAN, IMPACT, SWEEP, RAYCAST)
+MOVING = (IMPACT, SWEEP)
+"""Queries whose scenes have a motion, and regimes of their own."""
 
 MOST_NUMBERS = 1_000_000
 """No shape of a scene from a stranger may be larger."""
@@ -37,10 +42,10 @@ class Cell:
 
 
 def cells() -> list[Cell]:
-    """Every cell: rays are cast, all other pairs answer distance, contacts, the boolean and impacts."""
+    """Every cell: rays are cast, all other pairs answer distance, contacts, the boolean, impacts and sweeps."""
     found = []
     for type_a, type_b in TABLE:
-        queries = (RAYCAST,) if type_a is Ray else (DISTANCE, CONTACTS, BOOLEAN, IMPACT)
+        queries = (RAYCAST,) if type_a is Ray else (DISTANCE, CONTACTS, BOOLEAN, IMPACT, SWEEP)
         found += [Cell(query, type_a, type_b) for query in queries]
     return found
 
@@ -59,7 +64,7 @@ class Scene:
     source
         Where the scene came from: regime, and (seed, shard, index) or the hunter's name.
     motion
-        How the two move and where they meet; of impacts, and of nothing else.
+        Of impacts how the two move and where they meet, of sweeps their ways; None of all others.
     """
 
     query: str
@@ -67,7 +72,7 @@ class Scene:
     b: Proxy
     regime: str
     source: str = ""
-    motion: Motion | None = None
+    motion: Motion | Course | None = None
 
     @property
     def rows(self) -> tuple[Array, Array]:
@@ -89,10 +94,18 @@ class Scene:
 
     @property
     def size(self) -> float:
-        """Largest absolute coordinate or extent in the scene; of an impact the largest velocity."""
-        if self.motion is not None:
-            return float(self.motion.speed)
-        return float(max(self.a.magnitude, self.b.magnitude))
+        """Largest absolute coordinate, extent or way in the scene; of an impact the largest velocity."""
+        return float(size_of(self.a, self.b, self.motion))
+
+    @property
+    def impact(self) -> Motion | None:
+        """The motion of an impact; None of all others."""
+        return self.motion if isinstance(self.motion, Motion) else None
+
+    @property
+    def course(self) -> Course | None:
+        """The motions of a sweep; None of all others."""
+        return self.motion if isinstance(self.motion, Course) else None
 
     def to_json(self) -> dict[str, Any]:
         """Plain data from which `from_json` rebuilds the scene to the bit."""
@@ -112,7 +125,7 @@ class Scene:
         try:
             query, regime, source = (str(data[k])[:200] for k in ("query", "regime", "source"))
             a, b = (_shape_from_json(data[k]) for k in ("a", "b"))
-            motion = Motion.from_json(data["motion"]) if query == IMPACT else None
+            motion = READ_MOTION[query](data["motion"]) if query in MOVING else None
         except (KeyError, TypeError) as error:
             raise ValueError(f"not a scene: {error}") from None
         if query not in QUERIES:
@@ -120,7 +133,19 @@ class Scene:
         return cls(query, a, b, regime, source, motion)
 
 
-def packed_rows(a: Proxy, b: Proxy, motion: Motion | None) -> tuple[Array, Array]:
+READ_MOTION: dict[str, Callable[[Any], Motion | Course]] = {IMPACT: Motion.from_json, SWEEP: Course.from_json}
+UNPACK_MOTION: dict[str, Callable[[Array], Motion | Course]] = {IMPACT: Motion.unpack, SWEEP: Course.unpack}
+
+
+def size_of(a: Proxy, b: Proxy, motion: Motion | Course | None) -> Array:
+    """Sizes of scenes, single or in batches, as `Scene.size` has them."""
+    if isinstance(motion, Motion):
+        return motion.speed
+    size = np.maximum(a.magnitude, b.magnitude)
+    return np.asarray(size if motion is None else np.maximum(size, motion.reach))
+
+
+def packed_rows(a: Proxy, b: Proxy, motion: Motion | Course | None) -> tuple[Array, Array]:
     """Numbers of both sides, single or in batches; those of the motion stand behind A's."""
     first = a.pack() if motion is None else np.concatenate([a.pack(), motion.pack()], axis=-1)
     return first, b.pack()

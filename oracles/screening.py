@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles.claims import NEITHER, NOT_A_NUMBER, Questioned
+from oracles.course import Course
 from oracles.engine import Answers, Status
 from oracles.outcome import Kind
 from oracles.reference import is_quick
@@ -180,10 +181,10 @@ class Sides:
         return np.asarray(self.violated & ~self.conventions[:, None])
 
 
-def screen(rules: Rules, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -> Screening:
+def screen(rules: Rules, cell: Cell, a: Proxy, b: Proxy, answers: Answers, course: Course | None = None) -> Screening:
     """Give every row of a batch its verdict by floats."""
     found = Screening.of_fates(answers)
-    nominal = rules.questioned(cell, a, b, answers)
+    nominal = rules.questioned(cell, a, b, answers, course)
     if nominal.unusable.any():
         found.set(nominal.unusable, Kind.WRONG, NOT_A_NUMBER, math.inf, certain=True)
     sides = Sides.of(rules, cell, nominal)
@@ -206,7 +207,7 @@ def _effectively(
 
     The shapes are made for the whole batch, so that other queries and engines find them, and what is known of them.
     """
-    effective = rules.effectively(cell, nominal.a, nominal.b, nominal.answers)
+    effective = rules.effectively(cell, nominal)
     if effective.a is nominal.a and effective.b is nominal.b:
         return ours, True
     if FEW * wrong.size < len(nominal.a) and is_quick(type(effective.a), type(effective.b)):

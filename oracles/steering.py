@@ -39,6 +39,10 @@ LABELS = {
     claims.APART: WITNESS,
     claims.TOGETHER: WITNESS,
     claims.RAY_POINT: WITNESS,
+    claims.SWEEP_MISSED: BOOLEAN,
+    claims.SWEEP_FALSE: BOOLEAN,
+    claims.SWEEP_POINT: WITNESS,
+    claims.SWEEP_TILTED: NORMAL,
 }
 """Sort of each symptom that is not about the value."""
 
@@ -99,13 +103,13 @@ def strain(engine: Engine, scene: Scene, answers: Answers) -> Strain:
     """Put every claim of one answer against the tolerance for it."""
     if answers.status[0] != Status.ANSWERED:
         return Strain()
-    if scene.motion is not None:
+    if scene.impact is not None:
         return Strain(tuple(_of_laws(engine, scene, answers)))
-    rules, cell, pair = Rules(engine), scene.cell, (scene.a[None], scene.b[None])
-    ours = rules.questioned(cell, *pair, answers)
+    rules, cell = Rules(engine), scene.cell
+    ours = rules.of_scene(scene, answers)
     if ours.unusable[0]:
         return Strain()
-    theirs = rules.effectively(cell, *pair, answers)
+    theirs = rules.effectively(cell, ours)
     as_given = theirs.a is ours.a and theirs.b is ours.b
     found = []
     for mine, other in zip(ours.claims(), theirs.claims(), strict=True):
@@ -125,7 +129,7 @@ def _relative(violation: tuple[Array, Array, Array], allowed: Array) -> tuple[fl
 
 
 def _of_laws(engine: Engine, scene: Scene, answers: Answers) -> Iterator[tuple[str, float]]:
-    cell, motion = scene.cell, scene.motion
+    cell, motion = scene.cell, scene.impact
     assert motion is not None
     motion, after = motion[None], after_of(answers)
     rows = scene.a[None].pack(), scene.b[None].pack()

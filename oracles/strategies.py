@@ -8,9 +8,11 @@ from hypothesis import strategies as st
 
 from oracles.draws import HypothesisDraws
 from oracles.engine import Engine
-from oracles.impact_regimes import impact_regimes_for, regimes_of
+from oracles.impact_regimes import impact_regimes_for
+from oracles.recipes import regimes_of
 from oracles.regimes import regimes_for
-from oracles.scene import IMPACT, Cell, Scene
+from oracles.scene import IMPACT, SWEEP, Cell, Scene
+from oracles.sweep_regimes import SWEEP_REGIMES
 
 
 @st.composite
@@ -24,5 +26,8 @@ def scenes(draw: st.DrawFn, cell: Cell, regimes: Sequence[str] | None = None, en
     if cell.query == IMPACT:
         a, b, motion = impact_regimes_for(engines)[name](draws, cell.type_a, cell.type_b)
         return Scene(cell.query, a[0], b[0], name, "hypothesis", motion[0])
+    if cell.query == SWEEP:
+        a, b, course = SWEEP_REGIMES[name](draws, cell.type_a, cell.type_b)
+        return Scene(cell.query, a[0], b[0], name, "hypothesis", course[0])
     a, b = regimes_for(engines)[name](draws, cell.type_a, cell.type_b)
     return Scene(cell.query, a[0], b[0], name, "hypothesis" + draws.about)

@@ -11,13 +11,15 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from oracles import course, motion
 from oracles.engine import Answers, Array, EngineUnavailable, Kind, Status, faults
 from oracles.isolation.board import NOWHERE_YET, PENDING, REMARKED, Job
 from oracles.isolation.guarded import Guarded, GuardLost
 from oracles.isolation.hands import Limits
-from oracles.motion import WIDTH
-from oracles.scene import IMPACT, Scene
+from oracles.scene import IMPACT, SWEEP, Scene
 
+BEHIND = {IMPACT: motion.WIDTH, SWEEP: course.WIDTH}
+"""Numbers of the motion, that stand behind those of A."""
 MEMORY_LIMIT = 2 << 30
 START_LIMIT = 120.0
 MOST_RESTARTS = 10
@@ -106,7 +108,7 @@ class EngineWorker:
         Parameters
         ----------
         rows_a, rows_b : (n, width)
-            Packed proxies; of impacts, the motion's numbers behind A's.
+            Packed proxies; of impacts and sweeps, the motion's numbers behind A's.
         groups : (n,) of int, optional
             Label of each scene's group; all one group by default.
         give_up_after : int, optional
@@ -132,7 +134,7 @@ class EngineWorker:
         give_up_after: int | None = None,
     ) -> None:
         """Start on a batch, as `answer` does, and return at once; `result` waits for it."""
-        a = _rows(A, rows_a, "rows_a", WIDTH if query == IMPACT else 0)
+        a = _rows(A, rows_a, "rows_a", BEHIND.get(query, 0))
         b = _rows(B, rows_b, "rows_b")
         labels = np.zeros(len(a), np.int64) if groups is None else np.asarray(groups).astype(np.int64)
         if not len(a) == len(b) == len(labels) or labels.ndim != 1:

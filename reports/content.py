@@ -23,6 +23,11 @@ WORDS = (
     ("sha256", "the first digits of a digest of numbers that are too many to be shown: equal ones have equal digits"),
     ("normal", "unit vector from A to B: translating B along it separates"),
     ("impact", "two bodies that touch, and their velocities after it: v of the centre of mass, ω the angular velocity"),
+    ("sweep", "two bodies that move from t = 0 to 1, and the first time at which they touch, if they do"),
+    (
+        "wrong by, of a sweep",
+        "how far the two move in the time by which it is off, and no more than they are apart or in each other then",
+    ),
     ("e, μ", "restitution, by which the normal velocity at the contact is reversed, and Coulomb's friction"),
     ("wrong by, of an impact", "the least change of the velocities with which the law that is broken could hold"),
     ("proven interval", "bounds on the true value, each with a certificate that exact arithmetic has checked"),

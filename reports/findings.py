@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
+from oracles.course import Course
 from oracles.motion import Motion
 from oracles.outcome import COMPARED, Bucket, Finding, Kind, Run, Verdict
 from oracles.scene import Scene
@@ -197,22 +198,36 @@ def _proven_on(finding: Finding) -> Scene:
 def interval(scene: Scene, lower: Bound, upper: Bound) -> str:
     """Proven interval of the signed distance, or of a ray's time, in full precision."""
     symbol, name = ("t", "time of the hit") if isinstance(scene.a, Ray) else ("σ", "signed distance")
-    if scene.motion is not None:
+    if scene.course is not None:
+        symbol, name = "t", "first time at which the two touch"
+    if scene.impact is not None:
         symbol, name = "δ", "least change of the velocities that could fulfil the law"
     if any(isinstance(bound, float) and math.isnan(bound) for bound in (lower, upper)):
         return "none"
     if lower == upper:
         if lower == math.inf:
-            return f"{symbol} = ∞: the ray misses"
+            return f"{symbol} = ∞: {'the ray misses' if scene.course is None else 'the two do not touch'}"
         end = "−∞: the overlap has no end" if lower == -math.inf else f"{text.number(lower)} ({name}, exactly)"
         return f"{symbol} = {end}"
     return f"{text.number(lower)} ≤ {symbol} ≤ {text.number(upper)} ({name}; width {text.short(upper - lower)})"
 
 
 def proxies(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Both proxies of a scene, and of an impact how they move."""
+    """Both proxies of a scene, and how they move, where they do."""
     found = ("A", shapes.in_words(scene.a)), ("B", shapes.in_words(scene.b))
-    return found if scene.motion is None else (*found, *motion_in_words(scene.motion))
+    if scene.course is not None:
+        return (*found, *course_in_words(scene.course))
+    return found if scene.impact is None else (*found, *motion_in_words(scene.impact))
+
+
+def course_in_words(course: Course) -> Iterator[tuple[str, str]]:
+    """How the two move from t = 0 to 1, in full precision."""
+    for name, side in (("A", course.a), ("B", course.b)):
+        moves = [f"by {text.full(side.linear)}"] if side.linear.any() else []
+        if side.angular.any():
+            axis, center = text.full(side.angular), text.full(side.center)
+            moves.append(f"turning by {axis} (an axis times radians) about {center}, which moves along")
+        yield f"{name} moves", ", ".join(moves) or "rests"
 
 
 def motion_in_words(motion: Motion) -> Iterator[tuple[str, str]]:

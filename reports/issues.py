@@ -13,7 +13,7 @@ from pathlib import PurePosixPath
 
 from oracles.engines import PACKAGES
 from oracles.outcome import COMPARED, FINDINGS, Bucket, Finding, Kind, Run, Verdict
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP
 from refimpl.shapes import Composite, Proxy
 from reports import shapes, text
 from reports.findings import BucketView, interval, value
@@ -25,6 +25,7 @@ ASKED = {
     CONTACTS: "Contacts of {} and {}",
     BOOLEAN: "Overlap test of {} and {}",
     IMPACT: "Impact of {} and {}",
+    SWEEP: "Sweep of {} and {}",
     RAYCAST: "{} cast at {}",
 }
 
@@ -36,6 +37,8 @@ CONVENTIONS = {
     BOOLEAN: "Proxies are closed solids: touching counts as overlap.",
     IMPACT: "Velocities are those of the centres of mass; the normal points from A to B. The laws are conservation of "
     "momentum and angular momentum, restitution along the normal, and Coulomb's friction.",
+    SWEEP: "Both move at constant velocities from t = 0 to 1; the time is the first at which they touch, 0 where they "
+    "do from the start. The normal points from A to B.",
     RAYCAST: "The time of the hit is in units of the direction's length; a ray that starts inside hits at 0.",
 }
 """What the numbers mean, by query."""
@@ -149,7 +152,7 @@ def _expected(bucket: Bucket, view: BucketView) -> Iterator[str]:
 def _true(bucket: Bucket, view: BucketView) -> str:
     """What is true of the scene, in a sentence."""
     verdict, about = bucket.witness.verdict, bucket.witness.verdict.proof_scene
-    if bucket.witness.scene.motion is not None:
+    if bucket.witness.scene.impact is not None:
         least = f" of at least {text.number(verdict.amount)}" if 0 < verdict.amount < math.inf else ""
         return f"Velocities that fulfil the laws of impacts. To fulfil them, those answered need a change{least}."
     if view.about and about is not None:
@@ -164,6 +167,8 @@ def _relation(query: str, verdict: Verdict) -> str:
     """How the two lie, as far as it is proven."""
     if query == RAYCAST:
         return "The ray misses" if verdict.lower == math.inf else "The ray hits"
+    if query == SWEEP:
+        return "The two do not touch" if verdict.lower == math.inf else "The two touch on their way"
     if verdict.lower > 0:
         return "The two are apart"
     if verdict.upper < 0:

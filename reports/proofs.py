@@ -5,20 +5,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import get_args
 
+from oracles.records import AnyCertificate
 from refimpl.proof import (
-    Certificate,
     Claim,
+    Clear,
     Common,
     Core,
     Cover,
     Escape,
     Inscribed,
+    Meets,
     Near,
     Part,
     Piece,
     Separated,
     Split,
+    SweepCertificate,
 )
 from refimpl.proof.claims import Place, Simple, Tree
 from refimpl.proof.impacts import ImpactCertificate, Residuals
@@ -46,15 +50,36 @@ class Proof:
     claims: tuple[str, ...]
 
 
-def proof_view(certificate: Certificate | ImpactCertificate, interval: str) -> Proof:
+def proof_view(certificate: AnyCertificate, interval: str) -> Proof:
     """Put a certificate into words."""
     if isinstance(certificate, ImpactCertificate):
         said = residuals_in_words(certificate.residuals)
+    elif isinstance(certificate, SweepCertificate):
+        said = [_of_sweep(claim) for claim in certificate.claims[:MOST_CLAIMS]]
+        if more := len(certificate.claims) - len(said):
+            said.append(f"And {text.plural(more, 'more claim')} of such kinds.")
     else:
         said = [claim_in_words(claim) for claim in certificate.claims[:MOST_CLAIMS]]
         if more := len(certificate.claims) - len(said):
             said.append(f"And {text.plural(more, 'more claim')} of such kinds.")
     return Proof(interval, tuple(said))
+
+
+def _of_sweep(claim: object) -> str:
+    """Say what one claim about two bodies on their way states."""
+    match claim:
+        case Clear(until=None):
+            return "Planes between the two leave a gap, which stays open until t = 1: no contact from then on."
+        case Clear():
+            return f"Planes between the two leave a gap, which stays open until t = {_v(claim.until)}: no contact yet."
+        case Meets():
+            return (
+                f"{_place(claim.a)} of A and {_place(claim.b)} of B, at the start, are in one place at "
+                f"t = {_v(claim.time)}: the contact is no later."
+            )
+        case _ if isinstance(claim, get_args(Claim)):
+            return f"At the start: {claim_in_words(claim)}"
+    return f"A claim about bodies that turn: {type(claim).__name__}."
 
 
 RESIDUALS = (

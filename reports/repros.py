@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from oracles.outcome import Bucket, Finding, Kind
+from refimpl.proof import Certificate, SweepCertificate
 from reports.findings import repro_file
 from reports.reading import NoReport, bucket_from_data, read_report
 
@@ -70,10 +71,12 @@ def _lines(finding: Finding) -> Iterator[str]:
     verdict, related = finding.verdict, finding.related
     for answer in (finding.answer, related.answer if related else {}):
         yield from (f"  {name} = {value!r}" for name, value in answer.items() if not _is_rubbish(value))
-    if finding.scene.motion is None and verdict.certificate is not None and related is None:
+    if isinstance(verdict.certificate, Certificate) and related is None:
         yield from (repr(bound + 0.0) for bound in (verdict.lower, verdict.upper) if math.isfinite(bound))
-    yield "verdict: WRONG: "
-    if verdict.kind is Kind.WRONG and math.isfinite(verdict.amount) and verdict.amount > 0:
+    timed = isinstance(verdict.certificate, SweepCertificate) and verdict.kind is Kind.WRONG
+    # of a sweep, the script shows the shapes at one time
+    yield f"verdict: WRONG: {verdict.symptom if timed else ''}"
+    if verdict.kind is Kind.WRONG and math.isfinite(verdict.amount) and verdict.amount > 0 and not timed:
         yield f", by at least {verdict.amount!r} "
 
 

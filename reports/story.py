@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from oracles import claims
-from oracles.outcome import Bucket, Finding, Kind, State
+from oracles.outcome import Bucket, Finding, Kind, State, Verdict
 from refimpl import Ray
 from reports import text
 from reports.brief import FEWEST, digits, digits_to_differ, pair_in_brief, simplest
@@ -28,10 +28,19 @@ TOLD = {
     claims.RAY_OFF: "stops {pair} at a point that lies {off} off the shape",
     claims.RAY_LATE: "lets the ray of {pair} go on through the surface, {off} deep",
     claims.RAY_POINT: "names a point for the hit of {pair} that lies {off} away from where its time is",
+    claims.SWEEP_MISSED: "lets {pair} pass through each other; {contact}",
+    claims.SWEEP_FALSE: "says that {pair} meet on their way; {contact}",
+    claims.EARLY: "lets {pair} meet too early; {contact}",
+    claims.LATE: "lets {pair} meet too late; {contact}",
+    claims.UNTOUCHED: "lets {pair} meet where they are {off} apart",
+    claims.SWEEP_POINT: "names a point for the contact of {pair} that lies {off} off one of them",
+    claims.SWEEP_TILTED: "gives the contact of {pair} a normal that does not separate them",
     claims.TILTED: "gives the hit of {pair} a normal that does not point outward",
 }
 """What an engine does that a symptom names; all of it is proven."""
 
+LONG = 6
+"""Digits of a time."""
 LONGEST = 400
 """Characters of a foreign text in a story."""
 
@@ -64,7 +73,7 @@ def _told(finding: Finding) -> str:
 
 def _wrong(finding: Finding, pair: str, symptom: str) -> str:
     verdict, said = finding.verdict, finding.answer.get("distance")
-    if finding.scene.motion is not None:
+    if finding.scene.impact is not None:
         law = f"no velocities nearer than {digits(verdict.amount)} to its answer fulfil the law, proven"
         return f"breaks a law of impacts on {pair}: {symptom}; {law}"
     if verdict.symptom == claims.NOT_A_NUMBER:
@@ -92,7 +101,17 @@ def _by_symptom(finding: Finding, pair: str) -> str:
         still=still,
         amount=digits(verdict.amount),
         truth=_truth(finding),
+        contact=_contact(verdict),
     )
+
+
+def _contact(verdict: Verdict) -> str:
+    """When the two first touch, where the interval is one of the time."""
+    if verdict.lower == math.inf:
+        return "they do not touch"
+    if verdict.upper == math.inf:
+        return f"they do not touch before t = {digits(verdict.lower)}"
+    return f"they first touch at t = {digits(simplest(verdict.lower, verdict.upper), LONG)}"
 
 
 def _is_of_the_pair(finding: Finding) -> bool:
@@ -100,7 +119,7 @@ def _is_of_the_pair(finding: Finding) -> bool:
     verdict = finding.verdict
     bounded = not (math.isnan(verdict.lower) or math.isnan(verdict.upper))
     own = verdict.proof_scene is None or verdict.proof_scene.id == finding.scene.id
-    return bounded and own and not isinstance(finding.scene.a, Ray)
+    return bounded and own and not isinstance(finding.scene.a, Ray) and finding.scene.motion is None
 
 
 def _distance(value: float, count: int) -> str:

@@ -9,9 +9,9 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from oracles.impact_regimes import is_of_impacts
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
-from oracles.scene import IMPACT, QUERIES, cells
+from oracles.recipes import AT_REST, is_for, kind_of
+from oracles.scene import IMPACT, QUERIES, SWEEP, cells
 from reports import text
 
 CellKey = tuple[str, str, str]
@@ -75,13 +75,24 @@ class Column:
     group: str = ""
 
 
+More = tuple[tuple[tuple[str, ...], ...], ...]
+"""For each row the rows below it: a heading, and for each group of columns its texts and notes, parted by |."""
+
+
 @dataclass(frozen=True)
 class Table:
-    """Rows of entries; the first entry of a row is the row's heading."""
+    """Rows of entries; the first entry of a row is the row's heading.
+
+    Attributes
+    ----------
+    more
+        What each row opens to where a script can open it.
+    """
 
     caption: str
     columns: tuple[Column, ...]
     rows: tuple[tuple[Entry, ...], ...]
+    more: More = ()
 
 
 def grouped(run: Run, *names: str) -> dict[tuple[str, ...], Counter[Kind]]:
@@ -190,21 +201,21 @@ def regime_table(run: Run) -> Table:
 
 
 def coverage(run: Run) -> tuple[Table, ...]:
-    """Answers compared per pair, query, engine and regime, with the findings among them; of impacts in a table apart.
+    """Answers compared per pair, query, engine and regime, with the findings among them; of impacts and sweeps apart.
 
-    Impacts have regimes of their own.
+    Impacts and sweeps have regimes of their own.
     """
-    asked = supported(run)
-    at_rest = [cell for cell in asked if cell[1] != IMPACT]
-    tables = [_coverage("", run, at_rest)]
-    if len(at_rest) < len(asked):
-        tables.append(_coverage("Impacts: ", run, [cell for cell in asked if cell[1] == IMPACT]))
+    asked, tables = supported(run), []
+    for which, kind in (("", AT_REST), ("Impacts: ", IMPACT), ("Sweeps: ", SWEEP)):
+        cells = [cell for cell in asked if kind_of(cell[1]) == kind]
+        if cells or kind == AT_REST:
+            tables.append(_coverage(which, run, cells))
     return tuple(tables)
 
 
 def regimes_for(query: str, names: Iterable[str]) -> list[str]:
     """Of these regimes the ones that have scenes for a query."""
-    return [name for name in names if is_of_impacts(name) == (query == IMPACT)]
+    return [name for name in names if is_for(name, query)]
 
 
 def _coverage(which: str, run: Run, cells: list[CellKey]) -> Table:

@@ -322,7 +322,8 @@ def test_shapes_that_an_engine_takes_as_they_are_stay_the_same() -> None:
     scene = OVERLAPPING
     answers = answers_of(scene)
     for engine, same in ((Exact(), True), (Grown(), False)):
-        rows = Rules(engine).effectively(scene.cell, scene.a[None], (b := scene.b[None]), answers)
+        rules, b = Rules(engine), scene.b[None]
+        rows = rules.effectively(scene.cell, rules.questioned(scene.cell, scene.a[None], b, answers))
         assert (rows.b is b) == same
 
 

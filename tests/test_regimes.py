@@ -17,8 +17,9 @@ from oracles.bodies import KITS, random_body, round_body
 from oracles.draws import NumpyDraws
 from oracles.engines import load_engine
 from oracles.frames import FRAMES
-from oracles.impact_regimes import IMPACT_REGIMES, impact_regimes_for, regimes_of
+from oracles.impact_regimes import IMPACT_REGIMES, impact_regimes_for
 from oracles.placements import PLACEMENTS
+from oracles.recipes import regimes_of
 from oracles.regimes import BUILDS, COMBINATIONS, COMBINED, REGIMES, combination_name, reasons, regimes_for
 from oracles.scene import TYPES, Cell, Scene, cells
 from oracles.strategies import scenes

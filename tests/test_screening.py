@@ -91,7 +91,7 @@ def one_by_one(rules: Rules, cell: Cell, a: Proxy, b: Proxy, answers: Answers) -
     broken = [side for side in ours if side["violated"]]
     if not broken:
         return Kind.AGREES, "", 0.0, True
-    theirs = sides_of(rules, cell, rules.effectively(cell, a, b, answers))
+    theirs = sides_of(rules, cell, rules.effectively(cell, nominal))
     mine, other = ([s for s in sides if s["violated"] and not s["waived"]] for sides in (ours, theirs))
     if rules.excused_inside(cell, nominal)[0] or not mine or not other:
         return Kind.CONVENTION, (mine or broken)[0]["word"], 0.0, True

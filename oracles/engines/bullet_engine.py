@@ -25,6 +25,7 @@ from oracles.engine import (
     NATIVE,
     VELOCITIES,
     Array,
+    Bound,
     Convention,
     Effective,
     Engine,
@@ -39,11 +40,11 @@ from oracles.engine import (
 from oracles.engines import bullet_impacts as impacts
 from oracles.engines import geometry
 from oracles.engines.bullet_boxes import BulletCrowds
-from oracles.engines.bullet_scripts import script
-from oracles.engines.bullet_shapes import MARGIN, NO_ELLIPSOID, on_grid, place
+from oracles.engines.bullet_scripts import script, sweep_script
+from oracles.engines.bullet_shapes import MARGIN, NO_ELLIPSOID, on_grid, place, ray_of
 from oracles.engines.bullet_world import World, import_bullet
 from oracles.keeping import kept_by_rows
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP
 from refimpl.shapes import (
     AABB,
     KDOP,
@@ -55,10 +56,11 @@ from refimpl.shapes import (
     HalfSpace,
     Point,
     Polyhedron,
+    Ray,
     Sphere,
 )
 
-THINNEST = {DISTANCE: 1e-300, BOOLEAN: 1e-300, RAYCAST: 1e-300, CONTACTS: 1e-8}
+THINNEST = {DISTANCE: 1e-300, BOOLEAN: 1e-300, RAYCAST: 1e-300, SWEEP: 1e-300, CONTACTS: 1e-8}
 """Radius in place of 0, which PyBullet refuses, relative to coordinates above 1; it is taken off the answer again.
 Bullet drops a contact whose two points slide apart by 2 % of the smaller shape's size: on a thinner point rounding
 alone would do that. On a thicker one the contact is turned a little, which is not taken off."""
@@ -70,6 +72,7 @@ SAYS = {
     CONTACTS: frozenset({"hit", "distance", "on_a", "on_b", "normal"}),
     BOOLEAN: frozenset({"hit"}),
     RAYCAST: frozenset({"hit", "t", "normal", "point"}),
+    SWEEP: frozenset({"hit", "t", "normal", "point"}),
     IMPACT: frozenset(VELOCITIES),
 }
 
@@ -80,8 +83,17 @@ EDGES = Tolerance.uniform(1e-12, 8e-5, "the separating-axis test adds 1e-5 to th
 # btGjkConvexCast advances a ray until it is within 0.001 of the shape and calls that the hit.
 CAST = Tolerance.uniform(MARGIN, 1e-12, "a ray hits a convex shape once it is within 0.001 of it")
 PLANE_CAST = Tolerance.uniform(0.0, 1e-12, "closed form in double precision")
+# A plane's triangles are made as small as the way, down to 1e-10 of the coordinates, and have that many digits less.
+PLANE_SWEEP = Tolerance(
+    Bound(0.0, 1e-12), Bound(1e-4, 1e-4), Bound(0.0, 1e-12), "closed form, but for the normal of a triangle on the way"
+)
 # Both shapes may have the margin, and both the grid, whose step is 1e-4 of a hull's extent, twice its largest number.
 PARTS = Tolerance.uniform(2.2e-3, 4e-4, "each part has its own margin of up to 0.001, and hulls a grid of 1/10216")
+
+RAY_TESTS = (RAYCAST, SWEEP)
+"""Queries that are answered by ray tests."""
+AS_RAY = "a moving Point is a ray test along its way, as seen from the other"
+STEPPED = "Bullet moves bodies by steps; only its ray test, of a moving Point, says when there is a contact"
 
 EMULATED = {
     Point: "a Point is a sphere of radius {:g}, which is taken off the answer",
@@ -127,6 +139,12 @@ class BulletEngine(Engine):
         del A, B
         return NATIVE
 
+    def _sweep_support(self, A: Kind, B: Kind) -> Support:
+        if A is not Point:
+            return unsupported(STEPPED)
+        kept = self._support(SWEEP, Ray, B)
+        return emulated(f"{AS_RAY}; {kept.reason}" if kept.reason else AS_RAY) if kept else kept
+
     def says(self, query: str, A: Kind, B: Kind) -> frozenset[str]:
         """Name the columns of an answer."""
         del A, B
@@ -138,14 +156,16 @@ class BulletEngine(Engine):
             return impacts.TOLERANCE
         if Composite in (A, B):
             return PARTS
-        if query == RAYCAST:
-            return PLANE_CAST if B in SURFACES else CAST
+        if query in RAY_TESTS and B in SURFACES:
+            return PLANE_CAST if query == RAYCAST else PLANE_SWEEP
+        if query in RAY_TESTS:
+            return CAST
         return EDGES if _by_axes(query, A, B) else EXACT
 
     def effective(self, query: str, A: Kind, rows_a: Array, B: Kind, rows_b: Array) -> tuple[Effective, Effective]:
         """Round the edges of boxes and cylinders, grow hulls and triangles, and take meshes for surfaces."""
         sharp = HalfSpace in (A, B) or _by_axes(query, A, B)
-        bare = query == RAYCAST or A in (Point, Sphere) or B in (Point, Sphere)
+        bare = query in RAY_TESTS or A in (Point, Sphere) or B in (Point, Sphere)
         return _effective(A, rows_a, sharp, bare), _effective(B, rows_b, sharp, bare)
 
     def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
@@ -153,11 +173,11 @@ class BulletEngine(Engine):
         if query == IMPACT:
             text = "friction ends the sliding after the bounce; the reference's ends that of the compression"
             return {Convention.OTHER_FRICTION: text}
-        if query == RAYCAST and B is HalfSpace:
+        if query in RAY_TESTS and B is HalfSpace:
             return {Convention.TWO_SIDED_PLANE: "for rays, Bullet's plane is a surface hit from both sides"}
-        if query == RAYCAST and B is Polyhedron:
+        if query in RAY_TESTS and B is Polyhedron:
             return {Convention.TWO_SIDED_PLANE: "for rays, a mesh is a surface hit from both sides"}
-        if query == RAYCAST:
+        if query in RAY_TESTS:
             text = "from inside, a box or hull is not hit, and a round shape only by a ray towards its core"
             return {Convention.NO_HIT_FROM_INSIDE: text}
         if _by_axes(query, A, B):
@@ -179,6 +199,8 @@ class BulletEngine(Engine):
         world, thinnest = self._world, THINNEST[query]
         if query == RAYCAST:
             return lambda ray, b: world.cast(ray, place(B, b, thinnest))
+        if query == SWEEP:
+            return lambda a, b: world.sweep(*ray_of(a), place(B, b, thinnest))
         ask = {DISTANCE: world.closest, CONTACTS: world.contacts, BOOLEAN: world.overlap}[query]
         return lambda a, b: ask(place(A, a, thinnest), place(B, b, thinnest))
 
@@ -189,6 +211,9 @@ class BulletEngine(Engine):
             return impacts.script(A, row_a, B, row_b, impacts.EXACTLY)
         thinnest, names = THINNEST[query], (A.__name__, B.__name__)
         b = place(B, row_b, thinnest)
+        if query == SWEEP:
+            ray, along = ray_of(row_a)
+            return sweep_script(names, ray, along, b)
         if query == RAYCAST:
             return script(query, names, row_a, [], b)
         return script(query, names, [], place(A, row_a, thinnest), b)

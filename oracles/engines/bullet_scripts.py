@@ -125,6 +125,23 @@ def _bodies(name: str, placed: list[Placed], movable: bool) -> str:
     )
 
 
+SWEEP = """body, _, t, point, normal = pybullet.rayTest({start!r}, {end!r})[0]
+along = {along!r}  # how b moves, from which the ray is seen
+print("hit =", float(body >= 0))
+print("t =", repr(t if body >= 0 else float("inf")))
+if body >= 0:
+    print("normal =", [-u for u in normal])
+    print("point =", [u + t * v for u, v in zip(point, along)])
+"""
+
+
+def sweep_script(names: tuple[str, str], ray: Row, along: list[float], b: list[Placed]) -> str:
+    """Write the script of a moving Point."""
+    ask = SWEEP.format(start=ray[:3], end=ray_at(ray, 1.0), along=along)
+    body = f"{_side('b', b)}{_bodies('b', b, True)}{ask}"
+    return SCRIPT.format(query="sweep", A=names[0], B=names[1], body=body)
+
+
 def _cast(ray: Row, b: list[Placed]) -> str:
     end = max(ray_end(ray, part) for part in b)
     return f"""{_side("b", b)}{_bodies("b", b, True)}end = {end!r}  # the ray is past b

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from oracles.course import WIDTH, Course
 from oracles.engine import Array, Kind, Row, UnsupportedCell
 from oracles.engines import geometry
 from oracles.engines.geometry import Key
@@ -196,6 +197,23 @@ def on_grid(vertices: Array) -> Array:
 
 
 # -- rays ----------------------------------------------------------------------------------------------------
+
+
+def ray_of(row: Row) -> tuple[Row, list[float]]:
+    """A moving Point as the ray that it is as seen from the other, and how that other moves.
+
+    Raises
+    ------
+    UnsupportedCell
+        When the other turns.
+    """
+    course = Course.unpack(np.array(row[-WIDTH:]))
+    if course.b.angular.any():
+        raise UnsupportedCell("a ray test knows no turning bodies")
+    own, along = course.a.linear.tolist(), course.b.linear.tolist()
+    if course.a.angular.any() and course.a.center.tolist() != row[:3]:
+        raise UnsupportedCell("a ray test knows no Point that turns about another place")
+    return [*row[:3], *(u - v for u, v in zip(own, along, strict=True))], along
 
 
 def reach(placed: Placed) -> float:

@@ -232,6 +232,23 @@ class World:
             found += [(number, numbers[other]) for other, _ in others if other != body]
         return found
 
+    def sweep(self, ray: Row, along: list[float], target: list[Placed]) -> AnswerRow:
+        """First hit of a ray from t = 0 to 1, where the target and all else moves `along`."""
+        self._begin()
+        bullet, client = self.bullet, self.client
+        bodies: list[int] = []
+        try:
+            for part in target:
+                bodies.append(self._body(part))
+            unique, _, t, point, normal = bullet.rayTest(ray[:3], ray_at(ray, 1.0), physicsClientId=client)[0]
+        finally:
+            for body in bodies:
+                bullet.removeBody(body, physicsClientId=client)
+        if unique < 0:
+            return answer_row(hit=0.0, t=math.inf)
+        place = [u + t * v for u, v in zip(point, along, strict=True)]
+        return answer_row(hit=1.0, t=t, normal=[-u for u in normal], point=place)
+
 
 def import_bullet() -> Any:
     """Import pybullet, which prints a line when imported."""

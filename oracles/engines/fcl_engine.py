@@ -12,6 +12,8 @@ Polytopes are `Convex` hulls of their vertices. A mesh is a `BVHModel`, a surfac
 distance from it, and no contact; an overlap has no depth (without the signed distance, which FCL does not have for
 meshes, it says −1, for two meshes 0), and each contact is that of one triangle. FCL has no unions: a composite
 is asked part by part, and the nearest, or deepest, answer counts.
+
+Sweeps are in `fcl_sweeps`.
 """
 
 from __future__ import annotations
@@ -42,10 +44,11 @@ from oracles.engine import (
     emulated,
     unsupported,
 )
+from oracles.engines import fcl_sweeps as sweeps
 from oracles.engines import geometry
 from oracles.engines.fcl_crowd import FclCrowds
 from oracles.engines.fcl_shapes import Maker, Placed, frame_text, place, shape_text
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, SWEEP
 from refimpl.shapes import (
     AABB,
     KDOP,
@@ -68,6 +71,7 @@ SAYS = {
     DISTANCE: frozenset({"distance", "on_a", "on_b"}),
     CONTACTS: frozenset({"hit", "distance", "normal", "point"}),
     BOOLEAN: frozenset({"hit"}),
+    SWEEP: frozenset({"hit", "t"}),
 }
 
 EMULATED = {
@@ -114,6 +118,10 @@ class FclEngine(Engine):
         notes = [text for kind, text in EMULATED.items() if kind in (A, B)]
         return emulated("; ".join(notes)) if notes else NATIVE
 
+    def _sweep_support(self, A: Kind, B: Kind) -> Support:
+        lacking = sweeps.lacking(A, B)
+        return unsupported(lacking) if lacking else self._support(SWEEP, A, B)
+
     def says(self, query: str, A: Kind, B: Kind) -> frozenset[str]:
         """Name the columns of an answer: a contact has one position, not two witnesses."""
         del A, B
@@ -121,6 +129,8 @@ class FclEngine(Engine):
 
     def tolerance(self, query: str, A: Kind, B: Kind) -> Tolerance:
         """Give the solver's thresholds for GJK, EPA and MPR, and rounding for closed forms."""
+        if query == SWEEP:
+            return sweeps.TOLERANCE
         if query == DISTANCE or _by_portal(A, B):
             return ITERATIVE
         return CLOSED_BY_PARTS if Composite in (A, B) else CLOSED
@@ -154,6 +164,8 @@ class FclEngine(Engine):
         """Answer one scene in 4 to 15 µs, where it has no parts and no new hull or mesh."""
         self.require(query, A, B)
         fcl = _import()
+        if query == SWEEP:
+            return sweeps.solver(fcl, A, B)
         make, ask, nearer = Maker(fcl), ASK[query](fcl), NEARER[query]
 
         def solve(row_a: Row, row_b: Row) -> AnswerRow:
@@ -170,6 +182,8 @@ class FclEngine(Engine):
     def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
         """Write the script of one scene; needs fcl and numpy."""
         self.require(query, A, B)
+        if query == SWEEP:
+            return sweeps.script(A, row_a, B, row_b)
         placed_a, placed_b = _placed(query, A, row_a), _placed(query, B, row_b)
         signed = not (_is_mesh(placed_a) or _is_mesh(placed_b))
         most = MOST_CONTACTS if signed else MOST_OF_A_MESH

@@ -137,9 +137,9 @@ def _fits(text: str, patterns: tuple[str, ...]) -> bool:
 
 def approach_of(scene: Scene) -> float:
     """Velocity at which two bodies come nearer along the normal; infinite where nothing moves."""
-    if scene.motion is None:
+    if scene.impact is None:
         return math.inf
-    return -float(scene.motion.closing / norm(scene.motion.normal))
+    return -float(scene.impact.closing / norm(scene.impact.normal))
 
 
 def thinnest(scene: Scene) -> float:

@@ -12,15 +12,16 @@ from oracles.claims import OTHER_DEPTHS, Claim, Questioned
 from oracles.engine import COLUMNS, WIDTH, Answers, Convention, Engine, Status
 from oracles.judge import Judge
 from oracles.outcome import Kind, Verdict
+from oracles.records import AnyCertificate
 from oracles.reference import proven
 from oracles.repro.encoding import RAYS, claims_data, kind_of, shape_data
 from oracles.rules import Rules
-from oracles.scene import BOOLEAN, CONTACTS, RAYCAST, Cell, Scene
+from oracles.scene import BOOLEAN, CONTACTS, RAYCAST, SWEEP, Cell, Scene
+from oracles.sweep_claims import SweptRows
 from refimpl import Proxy, Ray
 from refimpl.linear import norm
 from refimpl.proof import Certificate, check
 from refimpl.proof.certify import round_down, round_up
-from refimpl.proof.impacts import ImpactCertificate
 
 GIVEN = "the shapes"
 
@@ -77,11 +78,11 @@ class Facts:
 
 
 def facts_of(engine: Engine, scene: Scene, answer: Mapping[str, object], verdict: Verdict | None) -> Facts:
-    """Facts of an answer about shapes at rest; the verdict on it, where it is known."""
+    """Facts of an answer about shapes at rest, or on their way; the verdict on it, where it is known."""
     judge, answers = Judge(engine), answers_of(answer)
     cell, rules = scene.cell, judge.rules
-    nominal = rules.questioned(cell, scene.a[None], scene.b[None], answers)
-    effective = rules.effectively(cell, nominal.a, nominal.b, answers)
+    nominal = rules.of_scene(scene, answers)
+    effective = rules.effectively(cell, nominal)
     ours = _refuted(judge, scene, nominal, verdict)
     sides = [_sides(judge, GIVEN, scene, nominal, verdict, ours)]
     if not _same(nominal, effective):
@@ -118,6 +119,8 @@ def _held(rules: Rules, cell: Cell, scene: Scene) -> dict[str, Any]:
         assert isinstance(scene.a, Ray)
         speed = float(norm(scene.a.direction))
         return {"t": value, "speed": speed, "hit": hit, "owed": owed}
+    if cell.query == SWEEP:
+        return {"t": value, "witness": witness, "hit": hit, "owed": owed}
     held: dict[str, Any] = {"owed": owed} | ({"hit": hit} if cell.query in (BOOLEAN, CONTACTS) else {})
     if cell.query != BOOLEAN:
         held["witness"] = witness
@@ -133,7 +136,8 @@ def _sides(
     a, b = rows.a[0], rows.b[0]
     margins = float(rows.margin_a[0]), float(rows.margin_b[0])
     own = verdict.certificate if verdict is not None and _is_about(verdict, a, b, scene) else None
-    truth = proof_data(a, b, sum(margins), own) if whose == GIVEN or kind_of(a, b) != RAYS else None
+    told = scene.course is None and (whose == GIVEN or kind_of(a, b) != RAYS)
+    truth = proof_data(a, b, sum(margins), own) if told else None
     claim = None if refuted is None or refuted.claim.kept else _claim_data(judge, scene, refuted)
     symptom = "" if refuted is None else refuted.verdict.symptom
     return Sides(whose, shape_data(a), shape_data(b), margins, truth, claim, symptom)
@@ -187,7 +191,8 @@ def _claims(rows: Questioned) -> list[tuple[int, Claim]]:
     """Claims that an answer makes, by their numbers."""
     if not rows.answered[0] or rows.unusable[0]:
         return []
-    return [(number, claim) for number, claim in enumerate(rows.claims()) if not claim.by_convention]
+    made = rows.claims_at_rest() if isinstance(rows, SweptRows) else rows.claims()
+    return [(number, claim) for number, claim in enumerate(made) if not claim.by_convention]
 
 
 def _all_refuted(judge: Judge, scene: Scene, rows: Questioned, claims: list[tuple[int, Claim]]) -> Iterator[Refuted]:
@@ -197,9 +202,7 @@ def _all_refuted(judge: Judge, scene: Scene, rows: Questioned, claims: list[tupl
             yield Refuted(number, claim, verdict)
 
 
-def proof_data(
-    x: Proxy, y: Proxy, margin: float, certificate: Certificate | ImpactCertificate | None = None
-) -> dict[str, Any]:
+def proof_data(x: Proxy, y: Proxy, margin: float, certificate: AnyCertificate | None = None) -> dict[str, Any]:
     """Proof of the signed distance of two shapes, as scripts carry it: by a certificate, where there is one."""
     if isinstance(certificate, Certificate):
         lower, upper = check(certificate, x, y)

@@ -35,8 +35,8 @@ from oracles.repro.templates import (
     MAIN,
     PARTS,
 )
-from oracles.scene import BOOLEAN, Scene
-from oracles.words import TRUTHS
+from oracles.scene import BOOLEAN, SWEEP, Scene
+from oracles.words import TRUTHS, TRUTHS_OF_SWEEPS
 
 LIMIT = 10
 """Seconds that a script gives the engine."""
@@ -72,13 +72,13 @@ def script_of(engine: Engine, finding: Finding) -> str:
         case.rows["TRIALS"].add("seconds")
     needed = [one for call in calls for one in needed_by(call)]
     case.constants["NEEDED"] = [one for i, one in enumerate(needed) if one not in needed[:i]]
-    names = [name for name in COLUMNS if (name in VELOCITIES) == (finding.scene.motion is not None)]
+    names = [name for name in COLUMNS if (name in VELOCITIES) == (finding.scene.impact is not None)]
     case.constants["NAMES"] = [*names, "seconds"] if "seconds" in case.constants.get("HELD", {}) else names
     return _composed(engine, finding, calls, case)
 
 
 def _case(engine: Engine, scene: Scene, answer: Mapping[str, object], verdict: Verdict | None) -> Case:
-    return _of_impact(engine, scene, answer) if scene.motion is not None else _at_rest(engine, scene, answer, verdict)
+    return _of_impact(engine, scene, answer) if scene.impact is not None else _at_rest(engine, scene, answer, verdict)
 
 
 def _at_rest(engine: Engine, scene: Scene, answer: Mapping[str, object], verdict: Verdict | None) -> Case:
@@ -92,24 +92,25 @@ def _at_rest(engine: Engine, scene: Scene, answer: Mapping[str, object], verdict
                 shapes[f"{name}_USED"] = shape
     case.constants |= shapes
     case.constants |= {"ANSWER": dict(answer), "HELD": facts.held}
-    case.constants["SIDES"] = [_side(side, shapes, case) for side in facts.sides]
+    case.constants["SIDES"] = [_side(side, shapes, case, sweep=scene.query == SWEEP) for side in facts.sides]
     if scene.query == BOOLEAN:
         case.rows["TRIALS"] |= {"value"}
-    else:
+    elif scene.query != SWEEP:
         case.rows["TRIALS"] |= {"time"} if "t" in facts.held else {"value", "points"}
     promised = {f"{name} {facts.held[name]!r}" for name in ("hit", "distance", "t", "witness") if name in facts.held}
     case.constants["ALLOWED"] = f"{engine.name} is allowed an error of {', '.join(sorted(promised))}"
     return case
 
 
-def _side(side: Sides, shapes: Mapping[str, Any], case: Case) -> dict[str, Any]:
+def _side(side: Sides, shapes: Mapping[str, Any], case: Case, *, sweep: bool) -> dict[str, Any]:
     proofs: dict[str, Any] = {"truth": None, "claim": None}
     whose = "" if side.whose == GIVEN else f", of {side.whose}"
     if side.truth is not None:
         what = "the time of the hit" if side.truth["kind"] == "rays" else "the signed distance of A and B"
         proofs["truth"] = {"about": f"{what}{whose} is {{}}"} | side.truth
     if side.claim is not None:
-        words = TRUTHS.get(side.claim["symptom"], "the signed distance is proven to be {}").replace("proven to be ", "")
+        known = TRUTHS | TRUTHS_OF_SWEEPS if sweep else TRUTHS
+        words = known.get(side.claim["symptom"], "the signed distance is proven to be {}").replace("proven to be ", "")
         proofs["claim"] = {"about": f"{words}{whose}"} | side.claim
     for proof in filter(None, proofs.values()):
         for name in "xy":
@@ -133,10 +134,10 @@ def _count_types(shape: Mapping[str, Any], rows: dict[str, set[str]]) -> None:
 
 
 def _of_impact(engine: Engine, scene: Scene, answer: Mapping[str, object]) -> Case:
-    assert scene.motion is not None
-    cell, motion = scene.cell, scene.motion[None]
+    assert scene.impact is not None
+    cell, motion = scene.cell, scene.impact[None]
     used = engine.effective_motion(cell.type_a, cell.type_b, motion, (scene.a[None].pack(), scene.b[None].pack()))
-    motions = [motion_data(scene.motion)]
+    motions = [motion_data(scene.impact)]
     if not np.array_equal(used.pack(), motion.pack()):
         motions.append(motion_data(used[0]))
     allowed = float(engine.tolerance(cell.query, cell.type_a, cell.type_b).value.at(motion.speed)[0])
@@ -152,7 +153,7 @@ def _add_first(case: Case, engine: Engine, finding: Finding) -> None:
     assert finding.related is not None
     changing = RELATIONS[finding.related.relation].changing if finding.related.relation in RELATIONS else "a change"
     case.constants |= {"FIRST": dict(finding.answer), "CHANGE": f"after {changing}, {engine.name}"}
-    if finding.verdict.certificate is None and finding.scene.motion is None:
+    if finding.verdict.certificate is None and finding.scene.impact is None:
         case.constants["AMOUNT"] = float(finding.verdict.amount)
         case.judge = JUDGE_CONTRADICTION
 

@@ -32,6 +32,7 @@ from refimpl.proof.claims import (
 )
 from refimpl.proof.impacts import Impact, ImpactCertificate, MovingBody, Outcome, Residuals
 from refimpl.proof.rational import MAX_BITS, MAX_ITEMS, InvalidCertificate
+from refimpl.proof.sweeps import Clear, Meets, SweepCertificate
 from refimpl.proof.vectors import Number, Vector
 
 DECIMAL_BITS = 12_000  # Python turns only about 4300 digits into decimals; longer numbers are written to base 16
@@ -68,9 +69,26 @@ def impact_to_json(certificate: ImpactCertificate) -> dict[str, Any]:
     return encoded
 
 
-def certificate_to_json(certificate: Certificate | ImpactCertificate) -> dict[str, Any]:
-    """Turn a certificate of either kind into what ``json.dumps`` takes."""
+def certificate_to_json(certificate: Certificate | ImpactCertificate | SweepCertificate) -> dict[str, Any]:
+    """Turn a certificate of any kind into what ``json.dumps`` takes."""
+    if isinstance(certificate, SweepCertificate):
+        return sweep_certificate_to_json(certificate)
     return impact_to_json(certificate) if isinstance(certificate, ImpactCertificate) else to_json(certificate)
+
+
+def sweep_certificate_to_json(certificate: SweepCertificate) -> dict[str, Any]:
+    """Turn a certificate of a first contact into what ``json.dumps`` takes."""
+    encoded: dict[str, Any] = _encode(certificate)
+    return encoded
+
+
+def sweep_certificate_from_json(data: Any) -> SweepCertificate:
+    """Read what `sweep_certificate_to_json` gave; raises InvalidCertificate for anything else."""
+    try:
+        found: SweepCertificate = _read(data, ("sweep certificate",))
+    except RecursionError:
+        raise InvalidCertificate("nested too deeply") from None
+    return found
 
 
 def impact_from_json(data: Any) -> ImpactCertificate:
@@ -238,6 +256,10 @@ def _one(name: str) -> Callable[[Any, str], Any]:
     return lambda data, _: _read(data, (name,))
 
 
+def _sweep_claims(data: Any, what: str) -> tuple[Any, ...]:
+    return tuple(_read(item, SWEEP_CLAIMS) for item in _items(data, what))
+
+
 def _optional_columns(data: Any, what: str) -> tuple[Vector, Vector, Vector] | None:
     return None if data is None else _columns(data, what)
 
@@ -256,6 +278,9 @@ KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
     "part": (Part, {"of_a": _choice, "of_b": _choice, "claim": _simple}),
     "split": (Split, {"side": _index, "first": _numbers, "branches": _branches}),
     "piece": (Piece, {"vertices": _vectors, "tree": _tree, "radius": _number}),
+    "clear": (Clear, {"tree": _tree, "until": _optional_number, "places": _places}),
+    "meets": (Meets, {"time": _number, "a": _place, "b": _place, "of_a": _choice, "of_b": _choice}),
+    "sweep certificate": (SweepCertificate, {"claims": _sweep_claims, "lower": _bound, "upper": _bound}),
     "moving body": (
         MovingBody,
         {
@@ -292,4 +317,5 @@ KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
 }
 SIMPLE = ("separated", "escape", "near", "common", "core", "inscribed")
 CLAIMS = (*SIMPLE, "cover", "part")
+SWEEP_CLAIMS = (*CLAIMS, "clear", "meets")
 NAMES = {kind: name for name, (kind, _) in KINDS.items()}

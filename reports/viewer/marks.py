@@ -155,7 +155,7 @@ VELOCITIES = (("velocity_a", "a", "v"), ("angular_a", "a", "ω"), ("velocity_b",
 def of_impact(scene: Scene, engine: Mapping[str, object], truth: Mapping[str, object], frame: Frame) -> Marks:
     """Velocities before (the proof's layer: what is given) and after, from each centre of mass; and the contact."""
     found = Marks()
-    motion = scene.motion
+    motion = scene.impact
     if motion is None:
         return found
     before: dict[str, object] = {}
@@ -186,6 +186,34 @@ def of_impact(scene: Scene, engine: Mapping[str, object], truth: Mapping[str, ob
     if sizes["ω"] > 0:
         found.notes.append(f"The longest arrow ω is an angular velocity of {sizes['ω']:.3g}")
     return found
+
+
+def of_course(scene: Scene, frame: Frame) -> Marks:
+    """The ways of both proxies of a sweep, from where they are at t = 0; none of a scene at rest."""
+    found = Marks()
+    if scene.course is None:
+        return found
+    for name, shape, side in (("A", scene.a, scene.course.a), ("B", scene.b, scene.course.b)):
+        start = frame.point(np.asarray(shape.reference_point).tolist())
+        end = frame.point((np.asarray(shape.reference_point) + side.linear).tolist())
+        if start is None or end is None or norm(start) > NEAR:
+            continue
+        way = end - start
+        if norm(way) > NEAR:
+            way *= NEAR / norm(way)
+        if norm(way) >= SLIGHT:
+            found.marks.append(Mark("given", "arrow", start, start + way, f"{name}’s way"))
+        if side.angular.any():
+            found.notes.append(f"{name} turns as well, by {float(norm(side.angular)):.3g} radians")
+    found.notes.append("A and B are drawn at t = 0, and faintly where they meet")
+    return found
+
+
+def at_contact(scene: Scene, truth: Mapping[str, object], engine: Mapping[str, object]) -> tuple[Proxy, Proxy] | None:
+    """Both proxies of a sweep as they are at the first contact, or, where there is none, when the engine has one."""
+    times = [_number(said.get("t")) for said in (truth, engine)]
+    time = next((t for t in times if t is not None and 0 <= t <= 1), None)
+    return None if scene.course is None or time is None else scene.course.at(scene.a, scene.b, time)
 
 
 def _length(value: object) -> float:

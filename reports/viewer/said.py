@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from oracles.outcome import Finding, Kind
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP
 from reports import text
 
 DIGITS = (4, 7, 10)
@@ -43,7 +43,7 @@ def _truth(finding: Finding) -> tuple[str, object]:
     scene, verdict = finding.scene, finding.verdict
     lower, upper = float(verdict.lower), float(verdict.upper)
     about = verdict.proof_scene is None or verdict.proof_scene.id == scene.id
-    if scene.query == RAYCAST or not about or not math.isclose(lower, upper, rel_tol=NARROW):
+    if scene.query in (RAYCAST, SWEEP) or not about or not math.isclose(lower, upper, rel_tol=NARROW):
         return scene.query, finding.reference
     return DISTANCE, {"distance": lower}
 
@@ -55,7 +55,7 @@ def _words(query: str, answer: object, digits: int) -> str:
     hit, distance, time = (_number(answer.get(name)) for name in ("hit", "distance", "t"))
     if any(value is not None and math.isnan(value) for value in (hit, distance, time)):
         return "not a number"
-    if query == RAYCAST:
+    if query in (RAYCAST, SWEEP):
         miss = hit == 0 or time == math.inf
         return "no hit" if miss else "no answer" if time is None else f"hit at t = {time:.{digits}g}"
     if distance is not None and (query != BOOLEAN or hit is None):

@@ -73,7 +73,7 @@ def _picture_of(bucket: Bucket) -> Picture:
     a, b = shown("A", body_a, frame), shown("B", body_b, frame)
     ghosts = [
         shown("", solids(theirs, exponent)[0], frame)
-        for theirs in (() if proof_scene is None else (proof_scene.a, proof_scene.b))
+        for theirs in _others(finding, proof_scene)
         if not (_same(scene.a, theirs) or _same(scene.b, theirs))
     ]
     found = _marks(finding, proof_scene, frame, _spare(a, b))
@@ -92,6 +92,13 @@ def _picture_of(bucket: Bucket) -> Picture:
         notes=[f"{note}." for note in dict.fromkeys(notes)],
         engine=text.visible(bucket.engine, limit=40),
     )
+
+
+def _others(finding: Finding, proof_scene: Scene | None) -> tuple[Proxy, ...]:
+    """What is drawn faintly: the proxies of the proof; of a sweep both where they meet, or where the engine says so."""
+    if finding.scene.course is None:
+        return () if proof_scene is None else (proof_scene.a, proof_scene.b)
+    return marks.at_contact(finding.scene, _texts_only(finding.reference), _texts_only(finding.answer)) or ()
 
 
 def _positions(shape: Proxy) -> list[float]:
@@ -129,8 +136,10 @@ def _anchors(finding: Finding, exponent: int) -> list[Array]:
     truth = _texts_only(finding.reference)
     said = [marks.vector(truth.get(name)) for name in ("on_a", "on_b", "point")]
     points = [np.ldexp(np.array(place), -exponent) for place in said if place is not None]
-    if finding.scene.motion is not None:
-        points.append(np.ldexp(finding.scene.motion.point, -exponent))
+    if finding.scene.impact is not None:
+        points.append(np.ldexp(finding.scene.impact.point, -exponent))
+    if finding.scene.course is not None:
+        points += [np.ldexp(shape.reference_point, -exponent) for shape in _others(finding, None)]
     return [point for point in points if np.isfinite(point).all()]
 
 
@@ -149,12 +158,14 @@ def _marks(finding: Finding, proof_scene: Scene | None, frame: Frame, spare: Arr
     """All marks; the engine's are drawn over the true ones."""
     scene = finding.scene
     engine, truth = _texts_only(finding.answer), _texts_only(finding.reference)
-    if scene.motion is not None:
+    if scene.impact is not None:
         found = marks.of_impact(scene, engine, truth, frame)
     else:
         found = marks.of_answer("truth", truth, scene, frame, spare)
         own = marks.of_answer("engine", engine, scene, frame, spare)
         found = marks.Marks(found.marks + own.marks, found.notes + own.notes)
+        ways = marks.of_course(scene, frame)
+        found = marks.Marks(ways.marks + found.marks, ways.notes + found.notes)
     if not any(mark.layer == "engine" for mark in found.marks):
         found.notes.append("The engine names nothing that could be drawn here")
     if proof_scene is not None:
