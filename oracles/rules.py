@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,7 +51,8 @@ class Rules:
         self, cell: Cell, pair: tuple[Proxy, Proxy], margins: tuple[Array, Array], answers: Answers
     ) -> Questioned:
         waived = frozenset(self.conventions(cell))
-        return Questioned(cell.query, *pair, *margins, answers, answers.status == Status.ANSWERED, waived)
+        rows = Questioned(cell.query, *pair, *margins, answers, answers.status == Status.ANSWERED, waived)
+        return replace(rows, allowed=self.allowed(cell, "value", rows.size))
 
     def excused_inside(self, cell: Cell, rows: Questioned) -> Bools:
         """Rays that start inside, where the engine's convention differs: a miss, or a hit on the way out."""
