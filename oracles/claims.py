@@ -163,7 +163,8 @@ UNIT_ERROR = 1e-6
 not wrong."""
 
 PIECE = 1.01
-"""An overlap said to be deeper than its deepest pair of pieces by no more than this factor may be meant to be that."""
+"""An overlap said to be deeper than its deepest pair of pieces by no more than this factor, and than the engine's
+tolerance, may be meant to be that."""
 
 LARGEST = 1e150
 """No scene has such numbers; an engine that answers one, the largest double for instance, has not set it."""
@@ -184,6 +185,8 @@ class Questioned:
     """Conventions of the engine's that take back a claim."""
     ways_out: bool = False
     """Whether any overlap of unions is answered by a way out, as the reference does, and never by that of a piece."""
+    allowed: Array | None = None
+    """By how much a depth may be off, where the engine does not promise it to rounding."""
 
     def claims(self) -> Iterator[Claim]:
         """Every claim the answers make, the gravest first."""
@@ -209,7 +212,10 @@ class Questioned:
         margins = self.margin_a[rows], self.margin_b[rows]
         answers = take(self.answers, rows)
         pair = self.a[rows], self.b[rows]
-        return Questioned(self.query, *pair, *margins, answers, self.answered[rows], self.waived, self.ways_out)
+        allowed = None if self.allowed is None else self.allowed[rows]
+        return Questioned(
+            self.query, *pair, *margins, answers, self.answered[rows], self.waived, self.ways_out, allowed
+        )
 
     def only(self, rows: Any) -> Questioned:
         """The same batch, in which only these rows count as answered."""
@@ -329,7 +335,8 @@ class Questioned:
             return overlapping
         _, most = kept(self.a, self.b, overlapping)
         deepest = margin - np.minimum(most, 0.0)
-        return np.asarray(overlapping & (-self.answers.distance <= PIECE * deepest))
+        slack = self._nothing if self.allowed is None else self.allowed
+        return np.asarray(overlapping & (-self.answers.distance <= PIECE * deepest + slack))
 
     def unit_claim(self, made: Bools) -> Claim:
         """A normal has unit length, to single precision."""

@@ -364,6 +364,9 @@ def test_the_way_out_of_unions_must_free_and_touch() -> None:
     assert verdict(Exact(relative=1e-9), BETWEEN, normal=normal).kind is Verdicts.AGREES
     piece = {"distance": -0.25, "normal": [1.0, 0, 0]}
     assert verdict(Exact(relative=1e-9), BETWEEN, **piece, **nothing).kind is Verdicts.AGREES
+    inexact = piece | {"distance": -0.26}
+    assert verdict(Exact(absolute=0.02), BETWEEN, **inexact, **nothing).kind is Verdicts.AGREES
+    assert verdict(Exact(absolute=0.002), BETWEEN, **inexact, **nothing).symptom == claims.STUCK
     high = Scene(CONTACTS, Sphere([0, 0, 1.0], 0.5), TWINS, "generic")
     out = answers_of(high)
     assert out.normal[0] == pytest.approx([0, 0, -1.0], abs=1e-9)
