@@ -37,11 +37,14 @@ from refimpl import (
     sweep,
     swept,
 )
+from refimpl.pairs import TABLE
 from refimpl.proof import InvalidCertificate, Meets, Separated, SweepCertificate, certify_sweep, check_sweep
 from refimpl.proof.sweeps import Clear
 from refimpl.proof.wire import sweep_certificate_from_json, sweep_certificate_to_json
 from refimpl.proxy import Proxy
 from refimpl.sweeps import SweptShape
+from refimpl.sweeps.methods import methods_of
+from reports.vs import as_markdown
 from tests.solids import L_SHAPE, prism
 
 RNG = np.random.default_rng(20)
@@ -373,3 +376,11 @@ def test_bad_input_is_named() -> None:
     for data in ({"kind": "clear"}, {"kind": "sweep certificate", "claims": 3}, [], None):
         with pytest.raises(InvalidCertificate):
             sweep_certificate_from_json(data)
+
+
+def test_every_pair_of_the_table_names_its_methods() -> None:
+    for a, b in TABLE:
+        named = methods_of(a, b)
+        assert (named is None) == (a is Ray)
+    assert methods_of(Sphere, HalfSpace) == ("height over speed", "conservative advancement")
+    assert "translation" in as_markdown()
