@@ -28,6 +28,7 @@ NARROW = Fraction(1, 1 << 46)
 """Of the time from 0 to 1: an interval as narrow is narrow enough for round proxies."""
 STEPS = 250
 EARLY = Fraction(1, 1 << 80)  # of a time: so much before a graze there is a plane that leaves a gap until then
+MOST = 24  # points that are kept while the time stays what it is
 FINE = 120  # bits of the times at which features are asked for
 
 Ends = tuple[tuple[Vector, Mix], tuple[Vector, Mix]]
@@ -106,7 +107,7 @@ def flat(pairs: Pairs, narrow: Fraction = Fraction(0)) -> Contact | Miss:
             return _inside(pairs)
         if time - low <= narrow:
             return Contact(min(low, time), best, time, pairs.mean(held, shares_of(found, pairs.way)))
-        chosen = [*(held if last is None or time < last else chosen), new]
+        chosen = [*(held if last is None or time < last else chosen[-MOST:]), new]  # all of them, lest it goes round
         last = time
     raise Undecided
 
