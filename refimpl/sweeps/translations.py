@@ -79,16 +79,15 @@ def decided(found: SweepHit, doubtful: Bools, x: Proxy, y: Proxy, motion_x: Moti
 
     if not np.any(doubtful):
         return found
-    hit, t, point, normal, early = (
-        np.array(column) for column in (found.hit, found.t, found.point, found.normal, found.t_lower)
-    )
+    hit, t, early = np.array(found.hit), np.array(found.t), np.array(found.t_lower)
+    point, normal = np.array(found.point), np.array(found.normal)
     for i in np.flatnonzero(doubtful):
         proof = certify_sweep(x[i], y[i], motion_x[i], motion_y[i])
-        early[i] = proof.lower
+        early[i] = float(proof.lower)
         if proof.lower > 1:
             hit[i], t[i], point[i], normal[i] = False, np.inf, np.nan, np.nan
         elif proof.upper <= 1:
-            t[i] = proof.upper
+            t[i] = float(proof.upper)
     return SweepHit(hit, t, point, normal, early)
 
 
