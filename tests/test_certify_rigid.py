@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 from fractions import Fraction
 
@@ -34,6 +35,7 @@ from refimpl.proof.rigid import Boxes, Scene, Span, Spans, Touch
 from refimpl.proof.rigid_poses import rotation
 from refimpl.proof.sweep_search import certify_sweep
 from refimpl.proof.sweeps import SweepCertificate, check_sweep
+from refimpl.proof.wire import sweep_certificate_from_json, sweep_certificate_to_json
 
 STILL = (0.0, 0.0, 0.0, 1.0)
 FLOOR = HalfSpace([0.0, 1.0, 0.0], 0.0)
@@ -166,6 +168,17 @@ def test_what_is_no_rotation_is_refused():
     for motion in ("spin", Sphere([0.0] * 3, 1.0)):
         with pytest.raises(InvalidCertificate):
             check_sweep(SweepCertificate(()), *SCENES["orbit"][:2], motion, spin(1.0))
+
+
+def test_certificates_are_the_same_in_json(proven):
+    """In files there are only well-formed claims; what they are worth, the checker says again."""
+    for certificate, _ in proven.values():
+        text = json.dumps(sweep_certificate_to_json(certificate))
+        assert sweep_certificate_from_json(json.loads(text)) == certificate
+    data = sweep_certificate_to_json(proven["planes"][0])
+    data["claims"][0]["of_a"][0][1].pop()
+    with pytest.raises(InvalidCertificate):
+        sweep_certificate_from_json(data)
 
 
 def test_tampered_directions_are_refused(proven):
