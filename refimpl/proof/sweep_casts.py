@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from refimpl.proof.bodies import Mix
 from refimpl.proof.exact import Vertex, smallest
@@ -69,7 +69,8 @@ def approach(pairs: Pairs, path: Sequence[Vector], nearest: bool = False) -> Nea
     """Points of A ⊖ B whose hull comes near to a path, and a direction, from A ⊖ B to it, of a plane between them.
 
     The path is the hull of one or two points. The search of Gilbert, Johnson and Keerthi (1988) ends with the first
-    plane that leaves a gap, or, to find the `nearest` points of a polytope, when no plane leaves a wider one.
+    plane that leaves a gap, wider than what round proxies are drawn in; or, to find the `nearest` points of a polytope,
+    when no plane leaves a wider one.
     """
 
     def beyond(n: Vector) -> Vertex:
@@ -82,7 +83,8 @@ def approach(pairs: Pairs, path: Sequence[Vector], nearest: bool = False) -> Nea
         if not any(direction):
             return Near(simplex, weights, ZERO)
         new = beyond(opposite(direction))
-        if dot(direction, new.y) >= (dot(direction, simplex[0].y) if nearest else 1):
+        height = dot(direction, new.y)
+        if height >= dot(direction, simplex[0].y) if nearest else _is_beyond(direction, height, pairs.slack) > 0:
             return Near(simplex, weights, opposite(direction))
         simplex.append(new)
     raise Undecided
@@ -175,7 +177,7 @@ def rounded(pairs: Pairs, radius: Fraction) -> Contact | Miss:
     raise Undecided
 
 
-def _is_beyond(n: Vector, height: Fraction, room: Fraction) -> int:
+def _is_beyond(n: Vector, height: Any, room: Any) -> int:
     """Sign of how much farther than `room` along a direction a plane is, whose height is given in its length."""
     if height < 0 or not any(n):
         return -1

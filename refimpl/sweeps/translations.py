@@ -88,7 +88,14 @@ def decided(found: SweepHit, doubtful: Bools, x: Proxy, y: Proxy, motion_x: Moti
             hit[i], t[i], point[i], normal[i] = False, np.inf, np.nan, np.nan
         elif proof.upper <= 1:
             t[i] = float(proof.upper)
+            point[i], normal[i] = _touching(x[i], y[i], motion_x[i], motion_y[i], t[i])
     return SweepHit(hit, t, point, normal, early)
+
+
+def _touching(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion, t: float) -> tuple[Array, Array]:
+    """Point and normal of a contact at a time; no normal at the start."""
+    near = distance(motion_x.placed(x, t), motion_y.placed(y, t))
+    return 0.5 * (near.on_a + near.on_b), near.normal if t > 0 else np.full(3, np.nan)
 
 
 def doubts(found: SweepHit, x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> Bools:
