@@ -50,7 +50,7 @@ def union_sweep(a: Proxy, b: Proxy, way: Vector) -> tuple[SweepClaim, ...]:
 
 
 def _first_contacts(a: Proxy, b: Proxy, way: Vector, every: bool) -> list[tuple[Contact, Atom, Atom]]:
-    """Contacts of atoms, the first among them; of `every` pair that meets in doubles, for the first may only seem to."""
+    """Contacts of atoms, also the first; of `every` pair that meets in doubles, as the first may only seem to."""
     of_a, of_b = atoms_of(a), atoms_of(b)
     found: list[tuple[Contact, Atom, Atom]] = []
     for t, i, j in _pairs(a, b, doubles(way), every):
