@@ -17,8 +17,8 @@ in t, and holds when all are > 0 or all are < 0:
 
 Why nothing else can keep the sets apart: when the volume is 0, all normals are parallel. If one of them is not 0, it
 has a component that is not 0, and there the signs are those of barycentric coordinates that sum to 1, or tell on which
-side of one edge the ends of the other are. If all are 0, the four points lie on a line, and two closed sets on a line are
-apart exactly when they are so along any axis that the line is not across.
+side of one edge the ends of the other are. If all are 0, the four points lie on a line, and two closed sets on a line
+are apart exactly when they are so along any axis that the line is not across.
 
 Exclusions are open conditions. So where no contact is, finitely many intervals of time cover the time, each with an
 exclusion of one sign there. And a contact is proven by a polynomial g with a root in [low, high]: at that root every
