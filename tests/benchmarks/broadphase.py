@@ -117,10 +117,10 @@ def measure(counts: tuple[int, ...], patience: float = PATIENCE, repeats: int = 
                 if place and _expected(course, counts[place - 1], count) > patience:
                     continue
                 if course.public:
-                    build, query = libraries[name]
-                    seconds, made = timed(build, center, RADIUS)
+                    library = libraries[name]
+                    seconds, made = timed(library.build, library.prepare(center, RADIUS))
                     course.note("build", count, seconds)
-                    seconds, course.pairs[count] = timed(query, made)
+                    seconds, course.pairs[count] = timed(library.count, made)
                     course.note("pairs", count, seconds)
                 else:
                     _one(course, STRUCTURES[name].make(), center)
