@@ -43,6 +43,7 @@ class BroadPhase(ABC):
     lower: Array
     upper: Array
     static: Bools
+    _by_axis: Corners | None = None
 
     def __init__(self) -> None:
         self._next = 0
@@ -271,7 +272,7 @@ class BroadPhase(ABC):
 
     def _set(self, ids: Indices, lower: Array, upper: Array, static: Bools) -> None:
         self.ids, self.lower, self.upper, self.static = ids, lower, upper, static
-        self._by_axis: Corners | None = None
+        self._by_axis = None
 
     def _corners(self) -> Corners:
         """All boxes, axis by axis; kept until one changes."""
