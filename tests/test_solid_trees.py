@@ -144,6 +144,8 @@ def dot(n, corner):
 def parted(one, two):
     """Whether a plane of a facet, or one along an edge of each, has no point of either interior on its other side."""
     for p, q in ((one, two), (two, one)):
+        if np.any(p.vertices.max(axis=0) < q.vertices.min(axis=0)):  # correctly rounded, so this is exact too
+            return True
         if any(min(row) >= 0 for row in exact_heights(p.planes, q.corners)):
             return True
     ways = [
