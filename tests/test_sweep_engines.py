@@ -1,4 +1,4 @@
-"""FCL and Bullet asked about sweeps: what they are asked, that right answers pass, and that their scripts say the same."""
+"""FCL and Bullet asked about sweeps: what they are asked, that right answers pass, that their scripts say the same."""
 
 from __future__ import annotations
 
