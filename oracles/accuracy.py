@@ -109,7 +109,7 @@ class Speed:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """All of it; queries as a whole stand before their cells, and these before their regimes."""
+    """All of it; queries as a whole stand before their cells, each of these before its regimes."""
 
     errors: tuple[Errors, ...] = ()
     points: tuple[Point, ...] = ()

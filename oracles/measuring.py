@@ -44,7 +44,9 @@ SELECT engine, query, coalesce(pair, '') AS pair, coalesce(regime, '') AS regime
        count(*) FILTER ({LOST}),
        {RANKS.format("error")}, {RANKS.format("relative")}
 FROM judged
-GROUP BY GROUPING SETS ((engine, query), (engine, query, pair), (engine, query, pair, regime))
+GROUP BY GROUPING SETS (
+    (engine, query), (engine, query, regime), (engine, query, pair), (engine, query, pair, regime)
+)
 HAVING count(*) FILTER ({ANSWERED} OR {LOST}) > 0
 """
 STEPS = 1
@@ -85,7 +87,7 @@ class Measured:
         self._database.close()
 
     def errors(self, proven: Mapping[ExtremeKey, float]) -> tuple[Errors, ...]:
-        """Errors of each query, of its cells, and of each of their regimes, in the order of the pair table."""
+        """Errors of each query and its cells, and of each of their regimes, in the order of the pair table."""
         found = [_errors(row) for row in self._rows(BY_REGIME)]
         found.sort(key=_order)
         worst: dict[CellKey, tuple[float, str]] = {}

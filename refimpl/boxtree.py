@@ -92,11 +92,7 @@ class BoxTree:
 
     def _halve(self, bounds: NDArray[np.int64]) -> None:
         """Sort every run along the axis in which its centres spread most."""
-        center = self.items.center[self.order]
-        spread = np.maximum.reduceat(center, bounds[:-1]) - np.minimum.reduceat(center, bounds[:-1])
-        run = np.repeat(np.arange(len(bounds) - 1), np.diff(bounds))
-        key = center[np.arange(len(center)), np.argmax(spread, axis=1)[run]]
-        self.order = self.order[np.lexsort((key, run))]
+        self.order = self.order[along_widest(self.items.center[self.order], bounds[:-1])]
 
     def runs(self, nodes: Indices) -> tuple[Indices, Indices]:
         """Items of nodes of the last level, and for each the place of its node in `nodes`."""
@@ -105,6 +101,21 @@ class BoxTree:
         place = np.repeat(np.arange(len(nodes)), size)
         within = np.arange(len(place)) - np.repeat(np.cumsum(size) - size, size)
         return self.order[start[place] + within], place
+
+
+def along_widest(center: Array, begin: Indices) -> Indices:
+    """Permutation that sorts every run of centres (n, D) along the axis in which it spreads most.
+
+    Parameters
+    ----------
+    center : (n, D)
+    begin : (k,), ascending
+        Where the runs begin; none is empty.
+    """
+    spread = np.maximum.reduceat(center, begin) - np.minimum.reduceat(center, begin)
+    run = np.repeat(np.arange(len(begin)), np.diff(np.append(begin, len(center))))
+    key = center[np.arange(len(center)), np.argmax(spread, axis=1)[run]]
+    return np.lexsort((key, run))
 
 
 def meeting_pairs(tree: BoxTree) -> tuple[Indices, Indices]:

@@ -9,14 +9,15 @@ from oracles.accuracy import Accuracy, CellKey, Errors, Speed
 from oracles.outcome import Run
 from oracles.scene import QUERIES, cells
 from reports import text
-from reports.tables import Column, Entry, Table, engines
+from reports.tables import Column, Entry, More, Table, engines
 
 NOTE = (
     "An error is what is beyond doubt: the distance of the answer from the reference's, less what the reference may "
     "err by (1e-14 to 1e-12 of the scene's size); 0 is below that. It is relative to the scene's largest coordinate, "
     "extent or velocity. Below it stands the error itself, a length, of impacts a velocity, of rays how far the hit is "
     "from the surface. The worst errors of each cell are proven by certificates; of "
-    "those after ≥ floats alone are certain. Times are what an engine and its adapter take in their own process for a "
+    "those after ≥ floats alone are certain. A row of a pair opens to its regimes; accuracy.csv has them to the last "
+    "bit. Times are what an engine and its adapter take in their own process for a "
     "call from Python that makes both shapes anew; what guards them is left out."
 )
 RANKS = ("median", "99\u202f%", "worst")
@@ -30,7 +31,7 @@ MOST_WORST = 12
 
 
 def accuracy(run: Run) -> tuple[Table, ...]:
-    """Errors by query, the worst cells of each engine, errors by pair, and speeds."""
+    """Errors by query, the worst cells of each engine, errors by regime and by pair, and speeds."""
     found = run.accuracy
     named = engines(run)
     if not found.errors:
@@ -38,9 +39,14 @@ def accuracy(run: Run) -> tuple[Table, ...]:
     return (
         by_query(found, named),
         *(worst_cells(found, engine) for engine in named if _valued(found, engine)),
+        by_regime(found, named),
         by_pair(found, named),
         speeds(found, named),
     )
+
+
+EACH_CELL = 3
+"""So many tables, the last ones, have a row for each regime or pair."""
 
 
 # -- errors --------------------------------------------------------------------------------------------------
@@ -52,7 +58,7 @@ def by_query(found: Accuracy, named: Sequence[str]) -> Table:
     rows = [
         (Entry(f"{text.visible(row.engine)} · {row.query}"), *_entries(row), *_counted(row))
         for row in found.errors
-        if not row.pair and row.engine in named
+        if not row.pair and not row.regime and row.engine in named
     ]
     return Table(
         "Errors of each engine and query, over all pairs and regimes: relative, and below as lengths",
@@ -89,35 +95,75 @@ def worst_cells(found: Accuracy, engine: str) -> Table:
     )
 
 
-def by_pair(found: Accuracy, named: Sequence[str]) -> Table:
-    """Every pair and query, with the engines side by side."""
-    known = {row.cell: row for row in found.errors if row.pair and not row.regime and row.absolute}
-    order = [(cell.query, cell.pair) for cell in cells()]
-    asked = [(query, pair) for query, pair in order if any((engine, query, pair) in known for engine in named)]
-    regimes = _by_cell(found)
-    columns = [Column("pair · query")]
-    columns += [Column(rank, numeric=True, group=text.visible(engine)) for engine in named for rank in RANKS]
-    rows = []
-    for query, pair in asked:
-        row = [Entry(f"{pair} · {query}")]
-        for engine in named:
-            cell = engine, query, pair
-            row += _entries(known[cell], regimes[cell]) if cell in known else [Entry("–")] * len(RANKS)
-        rows.append(tuple(row))
+def by_regime(found: Accuracy, named: Sequence[str]) -> Table:
+    """Every query and regime over all pairs, with the engines side by side."""
+    known = {(row.engine, row.query, row.regime): row for row in found.errors if not row.pair and row.absolute}
+    order = sorted({(QUERIES.index(query), query, regime) for _, query, regime in known if regime})
     return Table(
-        "Errors of each pair and query: relative to the scene's size, and below as lengths",
-        tuple(columns),
-        tuple(rows),
+        "Errors in each regime, over all pairs: relative to the scene's size, and below as lengths",
+        _rank_columns("regime · query", named),
+        tuple(
+            (Entry(f"{regime} · {query}"), *_side_by_side(known, named, query, regime)) for _, query, regime in order
+        ),
     )
 
 
-def _entries(row: Errors, regimes: Sequence[Errors] = ()) -> list[Entry]:
-    """Median, 99th percentile and worst; how regimes differ is said on demand."""
+def by_pair(found: Accuracy, named: Sequence[str]) -> Table:
+    """Every pair and query, with the engines side by side; each row opens to its regimes."""
+    known = {row.cell: row for row in found.errors if row.pair and not row.regime and row.absolute}
+    order = [(cell.query, cell.pair) for cell in cells()]
+    asked = [(query, pair) for query, pair in order if any((engine, query, pair) in known for engine in named)]
+    return Table(
+        "Errors of each pair and query: relative to the scene's size, and below as lengths",
+        _rank_columns("pair · query", named),
+        tuple((Entry(f"{pair} · {query}"), *_side_by_side(known, named, query, pair)) for query, pair in asked),
+        more=_regimes_of(found, named, asked),
+    )
+
+
+def _rank_columns(first: str, named: Sequence[str]) -> tuple[Column, ...]:
+    ranks = (Column(rank, numeric=True, group=text.visible(engine)) for engine in named for rank in RANKS)
+    return Column(first), *ranks
+
+
+def _side_by_side(known: Mapping[CellKey, Errors], named: Sequence[str], query: str, part: str) -> Iterator[Entry]:
+    for engine in named:
+        row = known.get((engine, query, part))
+        yield from _entries(row) if row else [Entry("–")] * len(RANKS)
+
+
+def _regimes_of(found: Accuracy, named: Sequence[str], asked: Sequence[tuple[str, str]]) -> More:
+    """Rows below those of the pairs: each regime in which an engine errs; and how many there are in which none does."""
+    known: dict[tuple[str, str], dict[str, dict[str, Errors]]] = {}
+    for row in found.errors:
+        if row.pair and row.regime and row.relative:
+            known.setdefault((row.query, row.pair), {}).setdefault(row.regime, {})[row.engine] = row
+    more = []
+    for cell in asked:
+        rows, clean = [], 0
+        for regime, rows_of in known.get(cell, {}).items():
+            if any(_worst(row, relative=False)[0] > 0 for row in rows_of.values()):
+                entries = [_entries(rows_of[name]) if name in rows_of else [] for name in named]
+                rows.append((text.visible(regime), *map(_in_short, entries)))
+            else:
+                clean += 1
+        if clean:
+            rows.append((f"no error in {text.plural(clean, 'regime')}",))
+        more.append(tuple(rows))
+    return tuple(more)
+
+
+def _in_short(entries: Sequence[Entry]) -> str:
+    """Entries with their notes, as the page's script takes them apart; nothing where there is no value."""
+    return "|".join([*(entry.text for entry in entries), *(entry.note for entry in entries)])
+
+
+def _entries(row: Errors) -> list[Entry]:
+    """Median, 99th percentile and worst."""
     if row.absolute is None or row.relative is None:
         return [Entry("–")] * len(RANKS)
-    folded = _in_regimes(row, regimes)
     return [
-        Entry(_short(row.relative.median), _short(row.absolute.median), title=folded),
+        Entry(_short(row.relative.median), _short(row.absolute.median)),
         Entry(_short(row.relative.p99), _short(row.absolute.p99)),
         Entry(_shown_worst(row, relative=True), _shown_worst(row, relative=False)),
     ]
@@ -142,27 +188,6 @@ def _short(value: float) -> str:
     if value == math.inf:
         return "∞"
     return f"{value:.1e}" if value > 0 else "0"
-
-
-def _by_cell(found: Accuracy) -> Mapping[CellKey, list[Errors]]:
-    """Regimes with values of each cell."""
-    every: dict[CellKey, list[Errors]] = {row.cell: [] for row in found.errors}
-    for row in found.errors:
-        if row.regime and row.relative:
-            every[row.cell].append(row)
-    return every
-
-
-def _in_regimes(cell: Errors, regimes: Sequence[Errors]) -> str:
-    """How the medians of the regimes spread, in a sentence."""
-    known = sorted((row.relative.median, row.regime) for row in regimes if row.relative)
-    if not known:
-        return ""
-    (least, _), (most, where) = known[0], known[-1]
-    spread = f"median in every regime {_short(most)}"
-    if least < most:
-        spread = f"medians from {_short(least)} to {_short(most)} (in {where})"
-    return f"{spread}; worst in {cell.worst_in}" if cell.worst_in else spread
 
 
 def _valued(found: Accuracy, engine: str) -> list[Errors]:

@@ -65,11 +65,12 @@ def of_pairs(known: Accuracy, pairs: Sequence[str]) -> Accuracy:
 def tables_of(known: Accuracy, *, brief: bool) -> list[Table]:
     """Tables to print: in brief without those that have a row for each pair."""
     from oracles.outcome import Run  # noqa: PLC0415
+    from reports.accuracy import EACH_CELL  # noqa: PLC0415
     from reports.accuracy import accuracy as every  # noqa: PLC0415
 
     engines = list(dict.fromkeys([*(row.engine for row in known.errors), *(speed.engine for speed in known.speeds)]))
-    found = [table for table in every(Run(0, 0.0, "", engines=engines, accuracy=known)) if table.rows]
-    return found[:-2] if brief else found
+    found = every(Run(0, 0.0, "", engines=engines, accuracy=known))
+    return [table for table in (found[:-EACH_CELL] if brief else found) if table.rows]
 
 
 def show(tables: Sequence[Table], *, markdown: bool) -> None:

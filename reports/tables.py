@@ -75,13 +75,24 @@ class Column:
     group: str = ""
 
 
+More = tuple[tuple[tuple[str, ...], ...], ...]
+"""For each row the rows below it: a heading, and for each group of columns its texts and notes, parted by |."""
+
+
 @dataclass(frozen=True)
 class Table:
-    """Rows of entries; the first entry of a row is the row's heading."""
+    """Rows of entries; the first entry of a row is the row's heading.
+
+    Attributes
+    ----------
+    more
+        What each row opens to where a script can open it.
+    """
 
     caption: str
     columns: tuple[Column, ...]
     rows: tuple[tuple[Entry, ...], ...]
+    more: More = ()
 
 
 def grouped(run: Run, *names: str) -> dict[tuple[str, ...], Counter[Kind]]:

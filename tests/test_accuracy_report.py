@@ -51,9 +51,13 @@ def nothing(engine: str, query: str, pair: str, regime: str = "") -> Errors:
 ACCURACY = Accuracy(
     (
         errors("one", DISTANCE, "", scale=2),
+        errors("one", DISTANCE, "", "generic", scale=0.1),
+        errors("one", DISTANCE, "", "tiny"),
         errors("one", DISTANCE, BALLS, proven=1.5e-3, worst_in="tiny"),
         errors("one", DISTANCE, BALLS, "generic", scale=0.1),
         errors("one", DISTANCE, BALLS, "tiny", scale=1),
+        errors("one", DISTANCE, BALLS, "turned", scale=0),
+        errors("one", DISTANCE, BALLS, "touching", scale=0),
         errors("one", DISTANCE, BOXES, scale=2, worst_in="huge"),
         errors("one", DISTANCE, BOXES, "huge", scale=2),
         nothing("one", BOOLEAN, ""),
@@ -61,6 +65,7 @@ ACCURACY = Accuracy(
         errors("two", DISTANCE, "", scale=4),
         errors("two", DISTANCE, BALLS, scale=math.inf, proven=math.inf),
         errors("two", DISTANCE, BALLS, "generic", scale=math.inf),
+        errors("two", DISTANCE, BALLS, "turned", scale=0),
     ),
     (
         *(
@@ -117,14 +122,34 @@ def test_the_worst_cells_stand_first_with_the_regime_in_which_they_are_so(run: R
 
 
 def test_engines_stand_side_by_side_and_what_is_proven_is_told_from_what_is_not(run: Run) -> None:
-    table = accuracy(run)[3]
+    table = accuracy(run)[4]
     assert [column.group for column in table.columns] == ["", *["one"] * 3, *["two"] * 3]
     assert texts(table) == [
         ["Sphere–Sphere · distance", "1.0e-09", "1.0e-06", "1.5e-03", "∞", "∞", "∞"],
         ["Box–Box · distance", "2.0e-09", "2.0e-06", "≥ 2.0e-03", "–", "–", "–"],
     ]
     assert table.rows[0][3].note == "3.0e-03"
-    assert table.rows[0][1].title == "medians from 1.0e-10 to 1.0e-09 (in tiny); worst in tiny"
+
+
+def test_errors_are_told_by_regime_over_all_pairs(run: Run) -> None:
+    table = accuracy(run)[3]
+    assert [column.group for column in table.columns] == ["", *["one"] * 3, *["two"] * 3]
+    assert texts(table) == [
+        ["generic · distance", "1.0e-10", "1.0e-07", "1.0e-04", "–", "–", "–"],
+        ["tiny · distance", "1.0e-09", "1.0e-06", "1.0e-03", "–", "–", "–"],
+    ]
+    assert [entry.note for entry in table.rows[1]][:4] == ["", "2.0e-09", "2.0e-06", "2.0e-03"]
+
+
+def test_a_pair_opens_to_the_regimes_in_which_somebody_errs(run: Run) -> None:
+    balls, boxes = accuracy(run)[4].more
+    small = "1.0e-10|1.0e-07|≥ 1.0e-04|2.0e-10|2.0e-07|≥ 2.0e-04"
+    assert balls == (
+        ("generic", small, "∞|∞|≥ ∞|∞|∞|≥ ∞"),
+        ("tiny", "1.0e-09|1.0e-06|≥ 1.0e-03|2.0e-09|2.0e-06|≥ 2.0e-03", ""),
+        ("no error in 2 regimes",),
+    )
+    assert [row[0] for row in boxes] == ["huge"]
 
 
 @pytest.mark.parametrize(

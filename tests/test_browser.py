@@ -88,6 +88,29 @@ def test_opens_from_disk_and_says_what_ran(opened: Open, run: Run) -> None:
         assert page.evaluate("performance.getEntriesByType('resource').length") == 0
 
 
+def test_a_pair_opens_to_its_regimes_by_the_keyboard(opened: Open) -> None:
+    with opened() as its:
+        table = its.page.locator("#accuracy table", has_text="Errors of each pair and query")
+        table.evaluate("table => { table.closest('details').open = true }")
+        row, rows = table.locator("tbody tr").first, table.locator("tbody tr:visible")
+        button, before = row.get_by_role("button"), rows.count()
+        assert button.get_attribute("aria-expanded") == "false"
+        button.focus()
+        its.page.keyboard.press("Enter")
+        assert button.get_attribute("aria-expanded") == "true"
+        assert rows.count() == before + 3
+        tiny = table.locator("tr.more", has_text="tiny")
+        assert tiny.locator("td").all_inner_texts()[:4] == [
+            "1.0e-09\n2.0e-09",
+            "1.0e-06\n2.0e-06",
+            "≥ 1.0e-03\n≥ 2.0e-03",
+            "–",
+        ]
+        assert table.locator("tr.more").last.inner_text() == "no error in 2 regimes"
+        its.page.keyboard.press("Enter")
+        assert rows.count() == before
+
+
 # -- filters -------------------------------------------------------------------------------------------------
 
 

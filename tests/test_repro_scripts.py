@@ -8,6 +8,8 @@ from __future__ import annotations
 import copy
 import functools
 import json
+import subprocess
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -123,6 +125,17 @@ def test_every_script_of_a_fresh_run_shows_what_its_report_says(
     first.write_text("print('all is well')\n")
     assert repros.main([str(tmp_path), "--jobs", "2"]) == 1
     assert f"{first.name} ends with status 0: all is well" in capsys.readouterr().out
+
+
+@pytest.mark.soak
+def test_every_script_of_a_run_of_all_cells_shows_what_its_report_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Some six hundred scripts, ten minutes: ``pytest -m soak tests/test_repro_scripts.py``."""
+    command = [sys.executable, "-m", "reports.cli", "run", "--budget", "20", "--out", str(tmp_path)]
+    ran = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
+    assert ran.returncode in (0, 1), ran.stderr
+    assert repros.main([str(tmp_path), "--jobs", "2"]) == 0, capsys.readouterr().out
 
 
 # -- right, missing, tampered with ---------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from itertools import product
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,11 +12,13 @@ import numpy as np
 import pytest
 
 import reports.studies
+from oracles import tunnelling
 from reports.studies import bounces, cradle, particles, plots
 from reports.studies.__main__ import main
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pybullet")
+pytest.importorskip("fcl")
 
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[+-]\d+)?")
 HERE = Path(reports.studies.__file__).parent
@@ -70,6 +73,26 @@ def test_more_iterations_are_better_until_the_step_bends() -> None:
         errors = [e for e in course.errors if e > floor]
         assert errors == sorted(errors, reverse=True)
         assert course.errors[-1] < 2 * course.time_step
+
+
+def test_steps_tunnel_as_often_as_none_falls_into_the_overlap_and_sweeps_never() -> None:
+    found = [tunnelling.Flight(*numbers) for numbers in product((1 / 60, 1 / 10), (0.01, 0.1), (3.0, 30.0))]
+    for flight in found:
+        assert abs(tunnelling.by_stepping(flight) - tunnelling.expected(flight)) < 1 / tunnelling.MOMENTS
+        assert tunnelling.by_sweep(flight) == 0
+    shares = [tunnelling.expected(flight) for flight in found]
+    assert min(shares) == 0
+    assert max(shares) > 0.9
+
+
+def test_bullet_sweeps_only_bodies_in_maximal_coordinates() -> None:
+    flight = tunnelling.Flight(1 / 60, 0.01, 30.0)
+    shares = []
+    for swept, maximal in ((False, False), (True, False), (True, True)):
+        with tunnelling.bullet(swept, maximal) as watch:
+            shares.append(watch(flight))
+    assert shares[0] == shares[1] == pytest.approx(tunnelling.pushed_through(flight), abs=1 / tunnelling.MOMENTS)
+    assert shares[2] == 0
 
 
 def test_without_matplotlib_the_error_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -153,6 +153,47 @@
     target.scrollIntoView({ block: target.matches("article, section") ? "start" : "center" });
   }
 
+  // -- rows that open to more of them ------------------------------------------------------------------------
+
+  /* The rows below one: a heading, and for each group of columns its texts and, behind them, what stands below these. */
+  function below(row, more) {
+    return more.map(([heading, ...groups]) => {
+      const line = document.createElement("tr");
+      line.className = "more";
+      const head = line.appendChild(document.createElement("th"));
+      head.scope = "row";
+      head.textContent = heading;
+      const width = groups.length && (row.cells.length - 1) / groups.length;
+      for (const group of groups) {
+        const parts = group ? group.split("|") : [];
+        for (let k = 0; k < width; k += 1) {
+          const cell = line.appendChild(document.createElement("td"));
+          cell.className = "number";
+          cell.textContent = parts.length ? parts[k] : "–";
+          if (parts[width + k]) cell.appendChild(document.createElement("small")).textContent = parts[width + k];
+        }
+      }
+      return line;
+    });
+  }
+
+  function opening(row, more) {
+    const head = row.cells[0];
+    const button = document.createElement("button");
+    let opened = [];
+    button.type = "button";
+    button.append(...head.childNodes);
+    button.setAttribute("aria-expanded", "false");
+    button.title = "Its regimes";
+    head.append(button);
+    button.addEventListener("click", () => {
+      for (const line of opened) line.remove();
+      opened = opened.length ? [] : below(row, more);
+      row.after(...opened);
+      button.setAttribute("aria-expanded", String(opened.length > 0));
+    });
+  }
+
   // -- copying --------------------------------------------------------------------------------------------
 
   async function copy(text) {
@@ -186,6 +227,10 @@
   for (const element of document.querySelectorAll("#filters, #order")) element.hidden = false;
   table.querySelectorAll("th[data-sort]").forEach(sortable);
   document.querySelectorAll(".command code").forEach(copyButton);
+  for (const data of document.querySelectorAll("script.more")) {
+    const lines = [...data.previousElementSibling.tBodies[0].rows];
+    JSON.parse(data.textContent).forEach((more, place) => { if (more.length) opening(lines[place], more); });
+  }
   form.addEventListener("input", () => { apply(); keep(); });
   form.addEventListener("submit", (event) => event.preventDefault());
   form.addEventListener("reset", (event) => { event.preventDefault(); restore(""); keep(); });
