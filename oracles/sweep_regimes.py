@@ -209,6 +209,7 @@ def _turning(draws: Draws, swept: Swept) -> Swept:
     return a, b, Course(*sides)
 
 
+@regime
 def turning(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
     """Both turn by up to half a turn, many about their way as screws do: contact comes when no straight way has it."""
     meeting = _Meeting.of(draws, (kind_a, kind_b), TOUCHING)
@@ -216,6 +217,7 @@ def turning(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
     return _turning(draws, meeting.coming(draws, draws.choice(TIMES), approach))
 
 
+@regime
 def turning_in_place(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
     """A corner or an end swings to the other body while the places stay: sweeps of the ends alone see nothing."""
     meeting = _Meeting.of(draws, (kind_a, kind_b), TOUCHING)
