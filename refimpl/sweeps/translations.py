@@ -28,6 +28,8 @@ DOUBT = 2.0**-46
 """Part of the scene by which two proxies may be apart in doubles and in truth touch, and more."""
 GRAZE = 2.0**-11
 """Part of its speed at which B comes nearer to A, at a contact that doubles do not tell well."""
+LATER = 64.0
+"""So many times `DOUBT` deep they should be, soon after they meet."""
 ROUNDING = 2.0**-50
 """Part of the scene by which two proxies may overlap in doubles and in truth be apart."""
 
@@ -137,12 +139,25 @@ def _by_planes(x: Proxy, y: Proxy, way: Array) -> Advance:
         if not len(active):
             break
     found.doubtful[active] = True
-    with np.errstate(invalid="ignore"):
-        slow = -dot(found.normal, way) <= GRAZE * norm(way)
-    found.doubtful[:] |= (found.t > 0) & np.isfinite(found.t) & slow
-    found.doubtful[:] = np.where(found.t == 0, least > -ROUNDING * size, found.doubtful)
+    found.doubtful[:] = np.where(
+        found.t == 0, least > -ROUNDING * size, found.doubtful | _shallow(found, x, y, way, size)
+    )
     found.t_lower[:] = np.where(found.t > 0, np.clip(found.t_lower, 0.0, found.t), found.t)
     return found
+
+
+def _shallow(found: Advance, x: Proxy, y: Proxy, way: Array, size: Array) -> Bools:
+    """Whether what meets does not overlap a little later by more than rounding, as it would at such a speed."""
+    with np.errstate(invalid="ignore"):
+        speed = -dot(found.normal, way)
+        slow = speed <= GRAZE * norm(way)
+    shallow = np.isfinite(found.t) & (found.t > 0) & slow
+    rows = np.flatnonzero(np.isfinite(found.t) & (found.t > 0) & ~slow)
+    if len(rows):
+        later = found.t[rows] + LATER * DOUBT * size[rows] / speed[rows]
+        depth = -distance(x[rows], y[rows].translated(scale(later, way[rows]))).distance
+        shallow[rows] = depth < DOUBT * size[rows]
+    return shallow
 
 
 def _forget(found: Advance, rows: Any) -> None:
