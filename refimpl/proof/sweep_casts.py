@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from refimpl.proof.bodies import Mix
 from refimpl.proof.exact import Vertex, smallest
-from refimpl.proof.points import ZERO, Vector, along, dot, exact, minus, opposite, rationals, root
+from refimpl.proof.points import AXES, ZERO, Vector, along, dot, exact, minus, opposite, rationals, root
 from refimpl.proof.rays import Hit, tube
 from refimpl.proof.rays_curved import cylinder, ellipsoid
 from refimpl.proof.rays_polytopes import entry, shares_of
@@ -75,7 +75,7 @@ def approach(pairs: Pairs, path: Sequence[Vector], nearest: bool = False) -> Nea
         vertex, end = pairs.support(n), min(path, key=lambda p: dot(n, p))
         return vertex._replace(y=minus(vertex.y, end))
 
-    simplex = [beyond(opposite(pairs.way))]
+    simplex = [beyond(opposite(pairs.way) if any(pairs.way) else AXES[0])]
     for _ in range(STEPS):
         simplex, weights, direction = smallest(simplex)
         if not any(direction):
@@ -144,6 +144,9 @@ def rounded(pairs: Pairs, radius: Fraction) -> Contact | Miss:
     facet. It is the one that is nearest at a time before the contact, up to which planes have shown that there is none.
     """
     room = radius * pairs.unit
+    start = _touching(pairs, [Fraction(0)], radius)
+    if start is not None:
+        return Contact(Fraction(0), ZERO, *start)
     near = approach(pairs, [ZERO, pairs.way], nearest=True)
     if _is_beyond(near.normal, -dot(near.normal, near.carriers[0].y), room) > 0:
         return Miss(near.normal)
@@ -157,7 +160,7 @@ def rounded(pairs: Pairs, radius: Fraction) -> Contact | Miss:
                 hit = hit._replace(low=hit.low * (1 - EARLY))
                 n = opposite(hit.normal(hit.low))
             gap = hit.low * dot(n, pairs.way) - dot(n, pairs.support(n).y)
-            ends = _touching(pairs, hit, radius) if _is_beyond(n, gap, room) >= 0 else None
+            ends = _touching(pairs, [hit.high, hit.within], radius) if _is_beyond(n, gap, room) >= 0 else None
             if ends is not None:
                 return Contact(hit.low, n, *ends)
         rate = dot(near.normal, pairs.way)
@@ -192,12 +195,12 @@ def _feature(points: Sequence[Vector], way: Vector, room: Fraction, n: Vector) -
     return Hit(early, late, late, lambda _: opposite(n))
 
 
-def _touching(pairs: Pairs, hit: Hit, radius: Fraction) -> tuple[Fraction, Ends] | None:
-    """A time of contact, with a point that both have in common between the nearest points of the cores.
+def _touching(pairs: Pairs, times: Sequence[Fraction], radius: Fraction) -> tuple[Fraction, Ends] | None:
+    """The first of some times at which they meet, with a point of both between the nearest points of the cores.
 
     There is none where the ray comes to a facet's plane beside the facet.
     """
-    for late in (hit.high, hit.within):
+    for late in times:
         near = approach(pairs, [along(ZERO, late, pairs.way)], nearest=True)
         (x, mix), (y, other) = pairs.mean(near.carriers, near.weights)
         shift = along(ZERO, Fraction(late) / pairs.unit, pairs.way)
@@ -213,6 +216,8 @@ def landing(half: HalfSpace, other: Proxy, way: Vector) -> Contact | Miss:
     n, k = rationals(half.normal), Fraction(half.k.tolist())
     point, mix, slack = _lowest(other, n)
     height, rate = dot(n, point) + k, -dot(n, way)
+    if height <= 0:
+        return Contact(Fraction(0), ZERO, Fraction(0), ((point, ()), (point, mix)))
     if height - slack > 0 >= rate:
         return Miss(tuple(half.normal.tolist()))
     if rate <= 0:
