@@ -6,12 +6,15 @@ import dataclasses
 import json
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from pathlib import Path
 from typing import ClassVar
 
 import jsonschema
 import numpy as np
 import pytest
 
+from oracles import plan
+from oracles.campaign import run_campaign
 from oracles.crowds.asking import Answer, ask
 from oracles.crowds.boxes import REGIMES, BoxCrowd, Pair, crowds
 from oracles.crowds.engine import BroadPhaseEngine
@@ -211,7 +214,7 @@ class Engine(Reference):
 """
 
 
-def test_an_engine_that_crashes_loses_one_crowd_only(made: list[BoxCrowd], tmp_path) -> None:
+def test_an_engine_that_crashes_loses_one_crowd_only(made: list[BoxCrowd], tmp_path: Path) -> None:
     path = tmp_path / "moody.py"
     path.write_text(PLANTED, encoding="utf-8")
     small = made[0].some(np.arange(3))
@@ -239,6 +242,20 @@ def test_shipped_engines_miss_nothing_that_they_promise(name: str, made: list[Bo
         assert found["huge, moved"].beyond_limit
         assert not any(count.beyond_limit for regime, count in found.items() if regime != "huge, moved")
         assert not any(count.false_alarms for regime, count in found.items() if regime != "huge, moved")
+
+
+def test_a_campaign_over_all_pairs_asks_broad_phases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "moody.py"
+    path.write_text(PLANTED, encoding="utf-8")
+    spec = f"{path}:Engine"
+    for others in ("replays", "first_pass", "later_passes"):
+        monkeypatch.setattr(plan, others, lambda *_: iter(()))
+    monkeypatch.setattr("oracles.tasks.crowds", lambda seed, count: crowds(seed, 6)[:3])
+    found = run_campaign([spec], budget=0.1, seed=0)
+    assert {count.engine for count in found.crowds} == set(found.engines)
+    assert [count.regime for count in found.crowds] == [crowd.regime for crowd in crowds(0, 6)[:3]]
+    assert found.timing["broad phases"] > 0
+    assert list(plan.crowds(found.engines, [])) == []
 
 
 # -- the report --------------------------------------------------------------------------------------------------
