@@ -34,7 +34,7 @@ class Body:
     velocity, angular_velocity : (3,)
         Of the centre of mass; in the axes of the world, radians / time.
     mass : float
-        Positive; infinite for a static body, which no impulse moves.
+        Positive; infinite for a static body, which no impulse moves: it keeps its velocities.
     matter : MassProperties, optional
         Over what the mass is spread, in the same frame; evenly over the collider, if nothing else is given.
 
