@@ -17,11 +17,12 @@ from typing import NamedTuple
 
 from refimpl.proof.bodies import Mix
 from refimpl.proof.exact import Vertex, smallest
-from refimpl.proof.points import ZERO, Vector, along, dot, minus, opposite, rationals, root
+from refimpl.proof.points import ZERO, Vector, along, dot, exact, minus, opposite, rationals, root
 from refimpl.proof.rays import Hit, tube
+from refimpl.proof.rays_curved import cylinder, ellipsoid
 from refimpl.proof.rays_polytopes import entry, shares_of
 from refimpl.proof.reaches import Pairs, Reach
-from refimpl.shapes import HalfSpace, Proxy
+from refimpl.shapes import Cylinder, Ellipsoid, HalfSpace, Point, Proxy
 
 NARROW = Fraction(1, 1 << 46)
 """Of the time from 0 to 1: an interval as narrow is narrow enough for round proxies."""
@@ -101,11 +102,34 @@ def flat(pairs: Pairs, narrow: Fraction = Fraction(0)) -> Contact | Miss:
         low, best = max((low, best), (bound, opposite(across)), key=lambda pair: pair[0])
         known = {v.y: v for v in chosen}
         held = [known[y] for y in found]
+        if time < 0:
+            return _inside(pairs)
         if time - low <= narrow:
             return Contact(min(low, time), best, time, pairs.mean(held, shares_of(found, pairs.way)))
         chosen = [*(held if last is None or time < last else chosen), new]
         last = time
     raise Undecided
+
+
+def _inside(pairs: Pairs) -> Contact:
+    """Contact at the start."""
+    near = approach(pairs, [ZERO])
+    if any(near.normal):
+        raise Undecided
+    return Contact(Fraction(0), ZERO, Fraction(0), pairs.mean(near.carriers, near.weights))
+
+
+def pointed(point: Point, shape: Cylinder | Ellipsoid, way: Vector) -> Contact | Miss:
+    """First contact of a point that rests and a round proxy that moves: where the point, as a ray, enters."""
+    origin, course = rationals(point.position), opposite(way)
+    hit = (cylinder if isinstance(shape, Cylinder) else ellipsoid)(origin, course, shape)  # type: ignore[arg-type]
+    if not isinstance(hit, Hit):
+        return Miss(hit.normal)
+    low, n = hit.low, hit.normal(hit.low)
+    if dot(n, way) >= 0:
+        low = low * (1 - EARLY)
+        n = hit.normal(low)
+    return Contact(low, n, hit.high, ((origin, ()), (along(origin, hit.high, course), ())))
 
 
 def _itself(vertex: Vertex) -> Vertex:
@@ -133,8 +157,9 @@ def rounded(pairs: Pairs, radius: Fraction) -> Contact | Miss:
                 hit = hit._replace(low=hit.low * (1 - EARLY))
                 n = opposite(hit.normal(hit.low))
             gap = hit.low * dot(n, pairs.way) - dot(n, pairs.support(n).y)
-            if _is_beyond(n, gap, room) >= 0:
-                return _touching(pairs, n, hit, radius)
+            ends = _touching(pairs, hit, radius) if _is_beyond(n, gap, room) >= 0 else None
+            if ends is not None:
+                return Contact(hit.low, n, *ends)
         rate = dot(near.normal, pairs.way)
         if rate >= 0:
             return Miss(near.normal)
@@ -157,7 +182,7 @@ def _is_beyond(n: Vector, height: Fraction, room: Fraction) -> int:
 def _feature(points: Sequence[Vector], way: Vector, room: Fraction, n: Vector) -> Hit | None:
     """When the ray from 0 comes within a distance of a corner, an edge or a facet's plane across n."""
     if len(points) < 3:
-        return tube(ZERO, way, points[0], points[-1], room)
+        return tube(exact(ZERO), exact(way), exact(points[0]), exact(points[-1]), room)
     rate = dot(n, way)
     if rate >= 0:
         return None
@@ -167,8 +192,11 @@ def _feature(points: Sequence[Vector], way: Vector, room: Fraction, n: Vector) -
     return Hit(early, late, late, lambda _: opposite(n))
 
 
-def _touching(pairs: Pairs, n: Vector, hit: Hit, radius: Fraction) -> Contact:
-    """The contact, with a point that both have in common: between the nearest points of the cores."""
+def _touching(pairs: Pairs, hit: Hit, radius: Fraction) -> tuple[Fraction, Ends] | None:
+    """A time of contact, with a point that both have in common between the nearest points of the cores.
+
+    There is none where the ray comes to a facet's plane beside the facet.
+    """
     for late in (hit.high, hit.within):
         near = approach(pairs, [along(ZERO, late, pairs.way)], nearest=True)
         (x, mix), (y, other) = pairs.mean(near.carriers, near.weights)
@@ -176,15 +204,14 @@ def _touching(pairs: Pairs, n: Vector, hit: Hit, radius: Fraction) -> Contact:
         across = minus(along(y, 1, shift), x)
         if dot(across, across) <= radius * radius:
             on_a = along(x, pairs.reaches[0].body.radius / radius, across)
-            return Contact(hit.low, n, late, ((on_a, mix), (minus(on_a, shift), other)))
-    raise Undecided
+            return late, ((on_a, mix), (minus(on_a, shift), other))
+    return None
 
 
 def landing(half: HalfSpace, other: Proxy, way: Vector) -> Contact | Miss:
-    """First contact of a half-space that rests and a bounded proxy that moves: its lowest point lands."""
+    """First contact of a half-space that rests and another proxy that moves: its lowest point lands."""
     n, k = rationals(half.normal), Fraction(half.k.tolist())
-    reach = Reach(other, True)
-    point, mix, slack = reach.extreme(opposite(n))
+    point, mix, slack = _lowest(other, n)
     height, rate = dot(n, point) + k, -dot(n, way)
     if height - slack > 0 >= rate:
         return Miss(tuple(half.normal.tolist()))
@@ -192,3 +219,11 @@ def landing(half: HalfSpace, other: Proxy, way: Vector) -> Contact | Miss:
         raise Undecided
     low, high = (height - slack) / rate, height / rate
     return Contact(low, tuple(half.normal.tolist()), high, ((along(point, high, way), ()), (point, mix)))
+
+
+def _lowest(shape: Proxy, n: Vector) -> tuple[Vector, Mix, Fraction]:
+    """Least far point along n, its corner if it is one, and how much less far at most the proxy reaches, times ‖n‖."""
+    if not isinstance(shape, HalfSpace):
+        return Reach(shape, True).extreme(opposite(n))
+    m = rationals(shape.normal)  # the opposite direction, for half-spaces that are apart
+    return along(ZERO, -Fraction(shape.k.tolist()) / dot(m, m), m), (), Fraction(0)

@@ -16,9 +16,20 @@ from refimpl.proof.points import Vector, dot, exact, minus, opposite, rationals,
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.reaches import Pairs
 from refimpl.proof.solids import body
-from refimpl.proof.sweep_casts import NARROW, Contact, Miss, Undecided, flat, landing, rounded
+from refimpl.proof.sweep_casts import NARROW, Contact, Miss, Undecided, flat, landing, pointed, rounded
 from refimpl.proof.sweeps import Clear, Meets, SweepCertificate, SweepClaim, check_sweep, clear
-from refimpl.shapes import Composite, ConvexPolyhedron, HalfSpace, Point, Polyhedron, Proxy, Ray, UnsupportedOperation
+from refimpl.shapes import (
+    Composite,
+    ConvexPolyhedron,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Point,
+    Polyhedron,
+    Proxy,
+    Ray,
+    UnsupportedOperation,
+)
 
 UNION = Composite | Polyhedron
 
@@ -108,18 +119,26 @@ def first_contact(a: Proxy, b: Proxy, way: Vector) -> Contact | Miss:
         Where they come too near to each other to tell.
     """
     if isinstance(b, HalfSpace):
-        found = landing(b, a, opposite(way))
-        if isinstance(found, Miss):
-            return Miss(opposite(found.normal))
-        return found._replace(normal=opposite(found.normal), ends=found.ends[::-1])
+        return mirrored(landing(b, a, opposite(way)))
     if isinstance(a, HalfSpace):
         return landing(a, b, way)
+    if isinstance(a, Point) and isinstance(b, Cylinder | Ellipsoid):
+        return pointed(a, b, way)
+    if isinstance(b, Point) and isinstance(a, Cylinder | Ellipsoid):
+        return mirrored(pointed(b, a, opposite(way)))
     bodies = body(a), body(b)
     radius = bodies[0].radius + bodies[1].radius
     if not all(isinstance(side, Corners) for side in bodies):
         return flat(Pairs(a, b, way, True), NARROW)
     pairs = Pairs(a, b, way, False)
     return rounded(pairs, radius) if radius else flat(pairs)
+
+
+def mirrored(found: Contact | Miss) -> Contact | Miss:
+    """The same for the proxies in the other order."""
+    if isinstance(found, Miss):
+        return Miss(opposite(found.normal))
+    return found._replace(normal=opposite(found.normal), ends=found.ends[::-1])
 
 
 def convex_claims(a: Proxy, b: Proxy, way: Vector, found: Contact | Miss) -> tuple[SweepClaim, ...]:

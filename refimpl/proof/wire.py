@@ -33,6 +33,7 @@ from refimpl.proof.claims import (
 from refimpl.proof.impacts import Impact, ImpactCertificate, MovingBody, Outcome, Residuals
 from refimpl.proof.rational import MAX_BITS, MAX_ITEMS, InvalidCertificate
 from refimpl.proof.sweeps import Clear, Meets, SweepCertificate
+from refimpl.proof.triangles import TouchCertificate
 from refimpl.proof.vectors import Number, Vector
 
 DECIMAL_BITS = 12_000  # Python turns only about 4300 digits into decimals; longer numbers are written to base 16
@@ -88,6 +89,18 @@ def sweep_certificate_from_json(data: Any) -> SweepCertificate:
         found: SweepCertificate = _read(data, ("sweep certificate",))
     except RecursionError:
         raise InvalidCertificate("nested too deeply") from None
+    return found
+
+
+def touch_to_json(certificate: TouchCertificate) -> dict[str, Any]:
+    """Turn a certificate of a first contact of moving triangles into what ``json.dumps`` takes."""
+    encoded: dict[str, Any] = _encode(certificate)
+    return encoded
+
+
+def touch_from_json(data: Any) -> TouchCertificate:
+    """Read what `touch_to_json` gave; raises InvalidCertificate for anything else."""
+    found: TouchCertificate = _read(data, ("touch certificate",))
     return found
 
 
@@ -224,6 +237,20 @@ def _numbers(data: Any, what: str) -> tuple[int, ...]:
     return tuple(_index(i, what) for i in _items(data, what))
 
 
+def _polynomial(data: Any, what: str) -> tuple[int, ...] | None:
+    if data is None:
+        return None
+    numbers = [_number(c, what) for c in _items(data, what)]
+    if not all(isinstance(c, int | Fraction) and c.denominator == 1 for c in numbers):
+        raise InvalidCertificate(f"{what}: expected whole numbers")
+    return tuple(int(c) for c in numbers)
+
+
+def _times(data: Any, what: str) -> tuple[tuple[Number, int], ...]:
+    pairs = [_items(pair, what, 2) for pair in _items(data, what)]
+    return tuple((_number(until, what), _index(which, what)) for until, which in pairs)
+
+
 def _vectors(data: Any, what: str) -> tuple[Vector, ...]:
     return tuple(_vector(v, what) for v in _items(data, what))
 
@@ -281,6 +308,7 @@ KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
     "clear": (Clear, {"tree": _tree, "until": _optional_number, "places": _places}),
     "meets": (Meets, {"time": _number, "a": _place, "b": _place, "of_a": _choice, "of_b": _choice}),
     "sweep certificate": (SweepCertificate, {"claims": _sweep_claims, "lower": _bound, "upper": _bound}),
+    "touch certificate": (TouchCertificate, {"cover": _times, "root": _polynomial, "high": _optional_number}),
     "moving body": (
         MovingBody,
         {

@@ -1,7 +1,8 @@
 """Dynamic detection: when two moving proxies first meet.
 
 `sweep` is the door. Translations are answered in `translations`, rigid motions in `rigid`, unions of either in
-`unions`; `swept` is the volume that a proxy sweeps in translation.
+`unions`; `swept` is the volume that a proxy sweeps in translation. `stepped` is static detection, to compare with.
+`vertex_face` and `edge_edge` are of moving triangles, whose corners move each in its own way: decided exactly.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from refimpl.pairs import TABLE
 from refimpl.proxy import Proxy, ShapeError, UnsupportedOperation
 from refimpl.results import SweepHit
 from refimpl.shapes import Point, Ray
+from refimpl.sweeps.stepping import SteppedHit, stepped
 from refimpl.sweeps.swept import SweptShape, swept
 from refimpl.sweeps.translations import earliest, sweep_translation
+from refimpl.sweeps.triangles import Touch, edge_edge, vertex_face
 from refimpl.sweeps.unions import UNIONS, over_pieces
 
-__all__ = ["SweepHit", "SweptShape", "sweep", "swept"]
+__all__ = ["SteppedHit", "SweepHit", "SweptShape", "Touch", "edge_edge", "stepped", "sweep", "swept", "vertex_face"]
 
 
 @np.errstate(under="ignore")
