@@ -6,7 +6,7 @@ changed is also offered with B moved back to the old gap.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
 from oracles.degeneracy import length_of
+from oracles.forms import form_of
 from oracles.scene import Scene
 from oracles.solids import CUBE, TETRAHEDRON, block, wedge
 from refimpl import KDOP, Box, Composite, ConvexPolyhedron, Ellipsoid, Proxy, ShapeError, UnsupportedOperation
@@ -31,6 +32,10 @@ JOINTLY = 100
 """Scenes in which several numbers are made simpler together."""
 NUDGES, NUDGED = (1e-1, 1e-2, 1e-3), 4
 """Steps by which a number is changed, relative to the larger body, and digits to which it then is rounded."""
+ALIKE = 1e-3
+"""Numbers whose sizes differ by less, relative to them, are changed together."""
+MOST_MERGED = 8
+"""Scenes of several changes at once that are tried."""
 MOST_PARTS = 24
 """Vertices, planes, slabs or parts that are left out one by one."""
 
@@ -109,6 +114,39 @@ def jointly_simpler(scene: Scene) -> Iterator[Scene]:
             odd = mask & ~np.isin(row, list(PLAIN)) & (random.random(len(row)) < 0.5)
             made.append(rebuilt(shape, np.where(odd, random.choice([0.0, 0.0, 1.0, -1.0, 0.5, 2.0], len(row)), row)))
         yield from with_sides(scene, *made)
+
+
+def alike_changed(scene: Scene) -> Iterator[Scene]:
+    """The scene with numbers that are nearly as large as each other made equally simple, whatever their signs.
+
+    Where a body is symmetric about an axis, one of them alone could not be changed.
+    """
+    rows = [shape.pack() for shape in (scene.a, scene.b)]
+    row, split = np.concatenate(rows), len(rows[0])
+    mask = np.concatenate([changeable(scene.a), changeable(scene.b)]) & (row != 0)
+    for first in np.flatnonzero(mask & ~np.isin(row, list(PLAIN))):
+        size = abs(float(row[first]))
+        group = mask & (np.abs(np.abs(row) - size) <= ALIKE * size)
+        if np.count_nonzero(group) > 1 and first == np.flatnonzero(group & ~np.isin(row, list(PLAIN)))[0]:
+            for x in simpler_numbers(size):
+                changed = np.where(group, np.sign(row) * abs(x), row)
+                yield from with_sides(scene, rebuilt(scene.a, changed[:split]), rebuilt(scene.b, changed[split:]))
+
+
+def merged(scene: Scene, others: Iterable[Scene]) -> Iterator[Scene]:
+    """The scene with several changes at once, each of which was made alone in one of the others; the most first."""
+    base, split = np.concatenate(scene.rows), len(scene.rows[0])
+    made = [base.copy()]
+    for other in others:
+        row = np.concatenate(other.rows)
+        if form_of(other.a) != form_of(scene.a) or form_of(other.b) != form_of(scene.b) or row.shape != base.shape:
+            continue
+        new = row != base
+        if np.any(new & (made[-1] != base)):
+            continue
+        made.append(np.where(new, row, made[-1]))
+    for row in made[:1:-1][:MOST_MERGED]:
+        yield from with_sides(scene, rebuilt(scene.a, row[:split]), rebuilt(scene.b, row[split:]))
 
 
 def nudged(scene: Scene) -> Iterator[Scene]:
@@ -212,6 +250,7 @@ def _along_axes(shape: Proxy) -> Iterator[Proxy]:
         for step in (_dominant(half), *(np.eye(3)[i] for i in range(3)), 10 * half, 100 * half):
             made += [rebuilt(shape, np.concatenate([middle - step, middle + step, row[6:]]))]
             made += [rebuilt(shape, np.concatenate([shape.p, shape.p + 2 * step, row[6:]]))]
+            made += [rebuilt(shape, np.concatenate([shape.q - 2 * step, shape.q, row[6:]]))]
     if isinstance(shape, Ray):
         for step in (_dominant(shape.direction), np.sign(_dominant(shape.direction)), np.sign(shape.direction)):
             made.append(rebuilt(shape, np.concatenate([shape.origin, step])))
