@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from itertools import islice
+from itertools import chain, islice
 
-from oracles.clumsiness import AT_A_GLANCE, odd_numbers
+from oracles.clumsiness import AT_A_GLANCE, numbers_of, odd_numbers
 from oracles.likeness import Failing
 from oracles.plain_bodies import PLAIN_BODIES, plain_pairs
 from oracles.plain_impacts import restaged, simpler_motions
@@ -21,6 +21,8 @@ LOST_AT_ONCE = 8
 """The same where each may cost the engine."""
 NEAR = 12
 """Plain scenes of which the bodies are brought to each of the gaps."""
+NUDGED = 10
+"""Odd numbers of which each is nudged; a scene of more is made simpler before its error is made to grow."""
 ELSEWHERE = frozenset({"far away", "huge", "tiny"})
 """What is special about where a scene is: then it is moved before anything else."""
 GAPS = [sign * 10.0**-k for k in range(16) for sign in (1.0, -1.0)]
@@ -43,7 +45,8 @@ def passes(best: Failing, *, growing: bool = False) -> Iterator[Iterable[Scene]]
         yield moved(scene)
     if odd_numbers(scene) > AT_A_GLANCE:
         yield views(scene)
-    if best.slightness and growing:
+    nudging = bool(best.slightness) and growing and odd_numbers(scene) <= NUDGED
+    if nudging:
         yield nudged(scene)
     yield alike_changed(scene)
     yield changed(scene)
@@ -58,7 +61,7 @@ def passes(best: Failing, *, growing: bool = False) -> Iterator[Iterable[Scene]]
     yield from (kept_apart(some, gaps) for some in _in_parts(changed(scene)))
     if odd_numbers(scene) > AT_A_GLANCE:
         yield from (kept_apart(some, gaps[:1], moving_a=True) for some in _in_parts(changed(scene)))
-    if best.slightness and not growing:
+    if best.slightness and not nudging:
         yield nudged(scene)
 
 
@@ -71,9 +74,10 @@ def beside_plain(scene: Scene) -> Iterator[Scene]:
 
 
 def changed(scene: Scene) -> Iterator[Scene]:
-    """One of both proxies simpler."""
-    yield from (replace(scene, a=a) for a in simpler_proxies(scene.a))
-    yield from (replace(scene, b=b) for b in simpler_proxies(scene.b))
+    """One of both proxies simpler, first the one of more numbers."""
+    a = (replace(scene, a=a) for a in simpler_proxies(scene.a))
+    b = (replace(scene, b=b) for b in simpler_proxies(scene.b))
+    yield from chain(b, a) if len(numbers_of(scene.b)) > len(numbers_of(scene.a)) else chain(a, b)
 
 
 def _in_parts(scenes: Iterator[Scene]) -> Iterator[list[Scene]]:

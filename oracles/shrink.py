@@ -150,7 +150,7 @@ class _Search:
         self.about.tries = allowed - self.kept
         self.about.losses = MOST_LOST - MOST_LOST_AGAIN if self.searched else 0
         self.searched += 1
-        while self._try_some(way, plain_scenes(self.about.cell, regime)) and self.about.lost:
+        while self._try_some(way, self._plain(regime)) and self.about.lost:
             pass
         self._take_path(way)
         for _ in range(MOST_STEPS):
@@ -158,6 +158,11 @@ class _Search:
                 break
             if not (self._improve(way) or self._improve_jointly(way) or self._take_path(way)):
                 break
+
+    def _plain(self, regime: str) -> Sequence[Scene]:
+        """Plain scenes, of all sorts, for which no more than half of the tries are spent."""
+        plain = plain_scenes(self.about.cell, regime)
+        return plain[:: 1 + 2 * len(plain) // max(1, self.about.tries)] if is_formed(self.about.cell) else plain
 
     def _take_path(self, way: list[Failing]) -> bool:
         """Go where a path leads: from a slight error to a better scene where it is not like this one."""

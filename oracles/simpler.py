@@ -273,7 +273,7 @@ def _sharpened(q: Array) -> Array:
 
 
 def _fewer_parts(shape: Proxy) -> Iterator[Proxy]:
-    """Without one vertex, plane, slab or part; or the least of its kind."""
+    """Without some vertices, planes, slabs or parts, or one; or the least of its kind."""
     made: list[Proxy | None] = []
     with np.errstate(all="ignore"):
         if isinstance(shape, ConvexPolyhedron):
@@ -284,13 +284,11 @@ def _fewer_parts(shape: Proxy) -> Iterator[Proxy]:
                 if len(vertices) < len(shape.vertices):
                     made += [_mesh(vertices * size, triangles, shape) for size in (np.ones(3), half)]
         elif isinstance(shape, KDOP) and len(shape.lower) > 3:
-            for i in range(min(len(shape.lower), MOST_PARTS)):
-                keep = np.arange(len(shape.lower)) != i
-                made.append(_or_none(lambda k=keep: KDOP(shape.directions[k], shape.lower[k], shape.upper[k])))
+            for k in _some_left(len(shape.lower), 3):
+                made.append(_or_none(lambda k=k: KDOP(shape.directions[k], shape.lower[k], shape.upper[k])))
         elif isinstance(shape, Composite):
-            if len(shape.parts) > 1:
-                for i in range(min(len(shape.parts), MOST_PARTS)):
-                    made.append(Composite([part for j, part in enumerate(shape.parts) if j != i]))
+            for k in _some_left(len(shape.parts), 1):
+                made.append(Composite([shape.parts[i] for i in np.flatnonzero(k)]))
             for i, part in enumerate(shape.parts):
                 rest = shape.parts
                 made += [
@@ -308,9 +306,16 @@ def _fewer_corners(shape: ConvexPolyhedron) -> Iterator[Proxy | None]:
             if len(corners) < len(rows):
                 for size in (np.ones(3), half):
                     yield _or_none(lambda c=corners * size: make(c, shape.position, shape.rotation))
-    if len(rows) > 4:
-        for i in range(min(len(rows), MOST_PARTS)):
-            yield _or_none(lambda i=i: make(np.delete(rows, i, axis=0), shape.position, shape.rotation))
+    for k in _some_left(len(rows), 4):
+        yield _or_none(lambda k=k: make(rows[k], shape.position, shape.rotation))
+
+
+def _some_left(count: int, fewest: int) -> Iterator[NDArray[np.bool_]]:
+    """Which of so many parts are left: without half of them, without a quarter, and without one."""
+    for left_out in dict.fromkeys([count // 2, count // 4, 1]):
+        if left_out and count - left_out >= fewest:
+            for start in range(0, min(count, MOST_PARTS * left_out), left_out):
+                yield (np.arange(count) < start) | (np.arange(count) >= start + left_out)
 
 
 def _mesh(vertices: Array, triangles: NDArray[np.int64], like: Polyhedron) -> Proxy | None:
