@@ -11,8 +11,9 @@ from oracles.likeness import Failing
 from oracles.plain_bodies import PLAIN_BODIES, plain_pairs
 from oracles.plain_impacts import restaged, simpler_motions
 from oracles.scene import Scene
-from oracles.simpler import alike_changed, jointly_simpler, moved, nudged, simpler_proxies
+from oracles.simpler import moved, nudged, simpler_proxies
 from oracles.spacing import gap_of, kept_apart
+from oracles.together import alike_changed, jointly_simpler
 from oracles.views import views
 
 AT_ONCE = 80

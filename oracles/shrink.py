@@ -33,7 +33,7 @@ from oracles.plain import plain_scenes
 from oracles.relations import Bench
 from oracles.rows import in_a_row
 from oracles.scene import Cell, Scene
-from oracles.simpler import merged, several_changed
+from oracles.together import merged, several_changed
 
 MOST_STEPS = 40
 KEPT = 3

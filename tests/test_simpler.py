@@ -9,8 +9,9 @@ from oracles.clumsiness import odd_numbers
 from oracles.degeneracy import features
 from oracles.likeness import Failing
 from oracles.scene import CONTACTS, DISTANCE, Scene
-from oracles.simpler import alike_changed, merged, simpler_proxies
+from oracles.simpler import simpler_proxies
 from oracles.spacing import gap_of, kept_apart
+from oracles.together import alike_changed, merged
 from refimpl import AABB, KDOP, Capsule, Sphere
 
 BALL, ROD = Sphere([3.1, 4.2, 5.3], 0.7), Capsule([-0.3, 0.2, 0.0], [0.3, -0.2, 0.0], 0.4)
