@@ -166,6 +166,13 @@ PIECE = 1.01
 """An overlap said to be deeper than its deepest pair of pieces by no more than this factor, and than the engine's
 tolerance, may be meant to be that."""
 
+FARTHEST = 6.0
+"""No part of a bounded solid is so many times its magnitude away from its reference point: two corners of the cube of
+its coordinates are 2·√3 apart, and there may be a radius at one of them."""
+
+WELL_PAST = 2.0
+"""Time for which a ray goes on into a half-space: that has no size to measure the way by."""
+
 LARGEST = 1e150
 """No scene has such numbers; an engine that answers one, the largest double for instance, has not set it."""
 
@@ -436,8 +443,14 @@ def _rounding(u: Array, v: Array) -> Array:
 
 
 def past(ray: Ray, b: Proxy) -> Array:
-    """Time by which a ray is past anything of a bounded solid, or well past a half-space's near side."""
-    return 2.0 + (norm(b.reference_point - ray.origin) + 4.0 * b.magnitude) / norm(ray.direction)
+    """Time by which a ray is past anything of a bounded solid, or well past a half-space's near side.
+
+    No farther than that: the rounding of a far end would hide how near a small solid the ray starts.
+    """
+    past_all = (norm(b.reference_point - ray.origin) + FARTHEST * b.magnitude) / norm(ray.direction)
+    if isinstance(b, HalfSpace):
+        past_all = past_all + np.where(dot(b.normal, ray.direction) < 0, WELL_PAST, 0.0)
+    return np.asarray(past_all)
 
 
 def tested(shape: Proxy) -> Proxy:
