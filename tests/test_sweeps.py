@@ -250,6 +250,7 @@ TOUCHING: list[tuple[Proxy, Proxy]] = [
         ConvexPolyhedron.from_vertices(np.array([[1, 1, 1], [2, 1, 1], [1, 2, 1], [1, 1, 2]])),
     ),
     (Polyhedron(*prism(L_SHAPE)), Sphere((3.0, 0.5, 0.5), 1.0)),
+    (Polyhedron(*prism(L_SHAPE)), Point((2.0, 0.25, 0.5))),
     (HalfSpace((0, 0, 1), 0.0), Ellipsoid((0, 0, 2), (1, 1, 2), (0, 0, 0, 1))),
 ]
 

@@ -95,13 +95,16 @@ def flat(pairs: Pairs, narrow: Fraction = Fraction(0)) -> Contact | Miss:
     near = approach(pairs, [ZERO, pairs.way])
     if any(near.normal):
         return Miss(near.normal)
+    if not any(pairs.way):
+        return _inside(pairs)
     chosen = list({v.y: v for v in map(_itself, near.carriers)}.values())
     low, best = Fraction(-1), ZERO
     last: Fraction | None = None
     for _ in range(STEPS):
         time, across, found = entry([v.y for v in chosen], pairs.way)
         new = pairs.support(opposite(across))
-        bound = Fraction(dot(across, new.y), dot(across, pairs.way))
+        drawn = pairs.slack * root(Fraction(dot(across, across)))[1] if pairs.slack else 0
+        bound = Fraction(dot(across, new.y) - drawn) / dot(across, pairs.way)
         low, best = max((low, best), (bound, opposite(across)), key=lambda pair: pair[0])
         known = {v.y: v for v in chosen}
         held = [known[y] for y in found]
