@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from fractions import Fraction
 
@@ -19,7 +19,7 @@ from refimpl.proof.points import Vector, along, dot, exact, minus, opposite, rat
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.reaches import Pairs
 from refimpl.proof.solids import body
-from refimpl.proof.sweep_casts import NARROW, Contact, Miss, Undecided, flat, landing, pointed, rounded
+from refimpl.proof.sweep_casts import NARROW, Contact, Miss, Undecided, clear_until, flat, landing, pointed, rounded
 from refimpl.proof.sweeps import Clear, Meets, SweepCertificate, SweepClaim, check_sweep, clear, meets
 from refimpl.shapes import (
     Composite,
@@ -35,6 +35,8 @@ from refimpl.shapes import (
 )
 
 UNION = Composite | Polyhedron
+ENOUGH = Fraction(1, 1 << 42)
+"""An interval of time as narrow is narrow enough."""
 
 
 def certify_sweep(
@@ -95,8 +97,27 @@ def _claims(a: Proxy, b: Proxy, way: Vector) -> tuple[SweepClaim, ...]:
     claims: tuple[SweepClaim, ...] = ()
     with suppress(Undecided):
         claims = convex_claims(a, b, way, first_contact(a, b, way))
-    decided = any(isinstance(claim, Meets) or (isinstance(claim, Clear) and claim.until is None) for claim in claims)
-    return claims if decided else (*claims, *_witnessed(a, b, way))
+    if any(isinstance(claim, Clear) and claim.until is None for claim in claims):
+        return claims
+    meets = tuple(claim for claim in claims if isinstance(claim, Meets)) or _witnessed(a, b, way)
+    return (*_waiting(a, b, way, claims, meets), *meets)
+
+
+def _waiting(
+    a: Proxy, b: Proxy, way: Vector, claims: Sequence[SweepClaim], meets: Sequence[Meets]
+) -> tuple[Clear, ...]:
+    """The span before a contact; where it was not found together with the contact, by planes for times before that."""
+    known = tuple(claim for claim in claims if isinstance(claim, Clear))
+    until = Fraction(known[0].until or 0) if known else Fraction(0)
+    time = Fraction(meets[0].time) if meets else Fraction(1)
+    if time - until <= ENOUGH or isinstance(a, HalfSpace) or isinstance(b, HalfSpace):
+        return known
+    for early, n in clear_until(Pairs(a, b, way, True), time):
+        if early > until:
+            found = first_proven(a, b, way, [Clear(separated(a, b, m), early) for m in (plain(n), n)])
+            if found:
+                return found
+    return known
 
 
 def _witnessed(a: Proxy, b: Proxy, way: Vector) -> tuple[Meets, ...]:
