@@ -35,6 +35,8 @@ from refimpl.shapes import (
 )
 
 UNION = Composite | Polyhedron
+ROUND = 20
+"""Bits after the point of round numbers."""
 ENOUGH = Fraction(1, 1 << 42)
 """An interval of time as narrow is narrow enough."""
 
@@ -121,25 +123,26 @@ def _waiting(
 
 
 def _witnessed(a: Proxy, b: Proxy, way: Vector) -> tuple[Meets, ...]:
-    """A contact at the time and in a point that doubles find, where they happen to be exact."""
+    """A contact at the time and in a point that doubles find, or round numbers near them, where these are exact."""
     from refimpl.queries import distance  # noqa: PLC0415  it imports this package
     from refimpl.sweeps.translations import advance  # noqa: PLC0415
 
     course = np.array([float(c) for c in way])
     t = float(advance(a.broadcast_to((1,)), b.broadcast_to((1,)), course[None]).t[0])
-    if t > 1:
-        return ()
-    near = distance(a, b.translated(t * course))
-    for point in (near.on_a, near.on_b, 0.5 * (near.on_a + near.on_b)):
-        on_a = rationals(point)
-        claim = Meets(t, on_a, along(on_a, -Fraction(t), way))
-        try:
-            with sides_of(a, b) as sides:
-                meets(claim, sides, way)
-        except InvalidCertificate:
-            continue
-        return (claim,)
+    for time in sorted({t, _round(t)}) if t <= 1 else ():
+        near = distance(a, b.translated(time * course))
+        for point in (near.on_a, near.on_b, 0.5 * (near.on_a + near.on_b)):
+            for on_a in (rationals(point), tuple(Fraction(_round(c)) for c in point.tolist())):
+                claim = Meets(time, on_a, along(on_a, -Fraction(time), way))
+                with suppress(InvalidCertificate), sides_of(a, b) as sides:
+                    meets(claim, sides, way)
+                    return (claim,)
     return ()
+
+
+def _round(number: float) -> float:
+    """The nearest multiple of a power of two that is small, but larger than what a graze loses to rounding."""
+    return math.ldexp(round(math.ldexp(number, ROUND)), -ROUND)
 
 
 def _at_start(start: Certificate) -> tuple[Claim, ...]:
