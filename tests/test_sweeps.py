@@ -216,6 +216,8 @@ GRAZES: list[tuple[Proxy, Proxy, Any, float]] = [
     (Box((0, 0, 0), (1, 1, 1), (0, 0, 0, 1)), Box((4, 2, 2), (1, 1, 1), (0, 0, 0, 1)), (4, 0, 0), 0.5),
     (Point((0, 0, 0)), Sphere((2, 1, 0), 1.0), (4, 0, 0), 0.5),
     (Point((0, 0, 0)), Cylinder((2, 1, -1), (2, 1, 1), 1.0), (4, 0, 0), 0.5),
+    (Cylinder((0, 0, 0), (0, 0, 1), 1.0), Cylinder((2, 2, 0), (2, 2, 1), 1.0), (4, 0, 0), 0.5),
+    (Ellipsoid((0, 0, 0), (1, 1, 2), (0, 0, 0, 1)), AABB((2, 1, -1), (3, 2, 1)), (4, 0, 0), 0.5),
     (Sphere((0, 0, 3), 1.0), HalfSpace((0, 0, 1), 0.0), (0, 0, -2), 1.0),
     (Capsule((0, 0, 0), (0, 0, 1), 0.5), Capsule((2, 1, 0), (2, 1, 1), 0.5), (4, 0, 0), 0.5),
 ]
@@ -250,6 +252,7 @@ TOUCHING: list[tuple[Proxy, Proxy]] = [
         ConvexPolyhedron.from_vertices(np.array([[1, 1, 1], [2, 1, 1], [1, 2, 1], [1, 1, 2]])),
     ),
     (Polyhedron(*prism(L_SHAPE)), Sphere((3.0, 0.5, 0.5), 1.0)),
+    (Polyhedron(*prism(L_SHAPE)), Point((2.0, 0.25, 0.5))),
     (HalfSpace((0, 0, 1), 0.0), Ellipsoid((0, 0, 2), (1, 1, 2), (0, 0, 0, 1))),
 ]
 

@@ -11,7 +11,8 @@ Nothing here has to be believed: what is found is handed on as a certificate.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -28,7 +29,8 @@ NARROW = Fraction(1, 1 << 46)
 """Of the time from 0 to 1: an interval as narrow is narrow enough for round proxies."""
 STEPS = 250
 EARLY = Fraction(1, 1 << 80)  # of a time: so much before a graze there is a plane that leaves a gap until then
-MOST = 24  # points that are kept while the time stays what it is
+SHORTLY = (46, 40, 32, 24, 16, 8, 2)  # bits of a time: so near to a graze a plane is looked for
+MOST = 9  # points that are kept while the time stays what it is
 FINE = 120  # bits of the times at which features are asked for
 
 Ends = tuple[tuple[Vector, Mix], tuple[Vector, Mix]]
@@ -95,21 +97,25 @@ def flat(pairs: Pairs, narrow: Fraction = Fraction(0)) -> Contact | Miss:
     near = approach(pairs, [ZERO, pairs.way])
     if any(near.normal):
         return Miss(near.normal)
+    if not any(pairs.way):
+        return _inside(pairs)
     chosen = list({v.y: v for v in map(_itself, near.carriers)}.values())
     low, best = Fraction(-1), ZERO
     last: Fraction | None = None
-    for _ in range(STEPS):
+    for step in range(STEPS):
         time, across, found = entry([v.y for v in chosen], pairs.way)
         new = pairs.support(opposite(across))
-        bound = Fraction(dot(across, new.y), dot(across, pairs.way))
+        drawn = pairs.slack * root(Fraction(dot(across, across)))[1] if pairs.slack else 0
+        bound = Fraction(dot(across, new.y) - drawn) / dot(across, pairs.way)
         low, best = max((low, best), (bound, opposite(across)), key=lambda pair: pair[0])
         known = {v.y: v for v in chosen}
         held = [known[y] for y in found]
         if time < 0:
             return _inside(pairs)
-        if time - low <= narrow:
+        if time - low <= narrow or step == STEPS - 1:
             return Contact(min(low, time), best, time, pairs.mean(held, shares_of(found, pairs.way)))
-        chosen = [*(held if last is None or time < last else chosen[-MOST:]), new]  # all of them, lest it goes round
+        recent = chosen[-MOST:] if time == last else []  # lest it goes round
+        chosen = list({v.y: v for v in (*held, *recent, new)}.values())
         last = time
     raise Undecided
 
@@ -138,6 +144,16 @@ def pointed(point: Point, shape: Cylinder | Ellipsoid, way: Vector) -> Contact |
 def _itself(vertex: Vertex) -> Vertex:
     """A point of A ⊖ B as it is."""
     return vertex._replace(y=minus(vertex.a, vertex.b))
+
+
+def clear_until(pairs: Pairs, time: Fraction) -> Iterator[tuple[Fraction, Vector]]:
+    """Times shortly before one, with planes that leave a gap until then: the later, the fewer are found."""
+    for bits in SHORTLY:
+        early = time * (1 - Fraction(1, 1 << bits))
+        with suppress(Undecided):
+            near = approach(pairs, [ZERO, along(ZERO, early, pairs.way)])
+            if any(near.normal):
+                yield early, near.normal
 
 
 def rounded(pairs: Pairs, radius: Fraction) -> Contact | Miss:

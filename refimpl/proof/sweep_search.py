@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from fractions import Fraction
 
@@ -19,7 +19,7 @@ from refimpl.proof.points import Vector, along, dot, exact, minus, opposite, rat
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.reaches import Pairs
 from refimpl.proof.solids import body
-from refimpl.proof.sweep_casts import NARROW, Contact, Miss, Undecided, flat, landing, pointed, rounded
+from refimpl.proof.sweep_casts import NARROW, Contact, Miss, Undecided, clear_until, flat, landing, pointed, rounded
 from refimpl.proof.sweeps import Clear, Meets, SweepCertificate, SweepClaim, check_sweep, clear, meets
 from refimpl.shapes import (
     Composite,
@@ -35,6 +35,10 @@ from refimpl.shapes import (
 )
 
 UNION = Composite | Polyhedron
+ROUND = 20
+"""Bits after the point of round numbers."""
+ENOUGH = Fraction(1, 1 << 42)
+"""An interval of time as narrow is narrow enough."""
 
 
 def certify_sweep(
@@ -95,30 +99,50 @@ def _claims(a: Proxy, b: Proxy, way: Vector) -> tuple[SweepClaim, ...]:
     claims: tuple[SweepClaim, ...] = ()
     with suppress(Undecided):
         claims = convex_claims(a, b, way, first_contact(a, b, way))
-    decided = any(isinstance(claim, Meets) or (isinstance(claim, Clear) and claim.until is None) for claim in claims)
-    return claims if decided else (*claims, *_witnessed(a, b, way))
+    if any(isinstance(claim, Clear) and claim.until is None for claim in claims):
+        return claims
+    meets = tuple(claim for claim in claims if isinstance(claim, Meets)) or _witnessed(a, b, way)
+    return (*_waiting(a, b, way, claims, meets), *meets)
+
+
+def _waiting(
+    a: Proxy, b: Proxy, way: Vector, claims: Sequence[SweepClaim], meets: Sequence[Meets]
+) -> tuple[Clear, ...]:
+    """The span before a contact; where it was not found together with the contact, by planes for times before that."""
+    known = tuple(claim for claim in claims if isinstance(claim, Clear))
+    until = Fraction(known[0].until or 0) if known else Fraction(0)
+    time = Fraction(meets[0].time) if meets else Fraction(1)
+    if time - until <= ENOUGH or isinstance(a, HalfSpace) or isinstance(b, HalfSpace):
+        return known
+    for early, n in clear_until(Pairs(a, b, way, True), time):
+        if early > until:
+            found = first_proven(a, b, way, [Clear(separated(a, b, m), early) for m in (plain(n), n)])
+            if found:
+                return found
+    return known
 
 
 def _witnessed(a: Proxy, b: Proxy, way: Vector) -> tuple[Meets, ...]:
-    """A contact at the time and in a point that doubles find, where they happen to be exact."""
+    """A contact at the time and in a point that doubles find, or round numbers near them, where these are exact."""
     from refimpl.queries import distance  # noqa: PLC0415  it imports this package
     from refimpl.sweeps.translations import advance  # noqa: PLC0415
 
     course = np.array([float(c) for c in way])
     t = float(advance(a.broadcast_to((1,)), b.broadcast_to((1,)), course[None]).t[0])
-    if t > 1:
-        return ()
-    near = distance(a, b.translated(t * course))
-    for point in (near.on_a, near.on_b, 0.5 * (near.on_a + near.on_b)):
-        on_a = rationals(point)
-        claim = Meets(t, on_a, along(on_a, -Fraction(t), way))
-        try:
-            with sides_of(a, b) as sides:
-                meets(claim, sides, way)
-        except InvalidCertificate:
-            continue
-        return (claim,)
+    for time in sorted({t, _round(t)}) if t <= 1 else ():
+        near = distance(a, b.translated(time * course))
+        for point in (near.on_a, near.on_b, 0.5 * (near.on_a + near.on_b)):
+            for on_a in (rationals(point), tuple(Fraction(_round(c)) for c in point.tolist())):
+                claim = Meets(time, on_a, along(on_a, -Fraction(time), way))
+                with suppress(InvalidCertificate), sides_of(a, b) as sides:
+                    meets(claim, sides, way)
+                    return (claim,)
     return ()
+
+
+def _round(number: float) -> float:
+    """The nearest multiple of a power of two that is small, but larger than what a graze loses to rounding."""
+    return math.ldexp(round(math.ldexp(number, ROUND)), -ROUND)
 
 
 def _at_start(start: Certificate) -> tuple[Claim, ...]:
