@@ -272,6 +272,26 @@ def test_contact_at_the_start():
     assert check_sweep(certify_sweep(*scene), *scene) == (0, 0)
 
 
+def test_a_wheel_rolls_close_to_the_floor():
+    """About its own axis a cylinder turns into itself: a few spans do, however fast it spins and however near it is."""
+    wheel = Cylinder([0.0, 0.5 + 1e-7, 0.0], [0.0, 0.5 + 1e-7, 1.0], 0.5)
+    scene = (wheel, FLOOR, spin(90.0, (0.0, 0.5 + 1e-7, 0.0), (1.0, 0.0, 0.0)), None)
+    certificate = certify_sweep(*scene)
+    assert check_sweep(certificate, *scene) == (math.inf, math.inf)
+    assert len(spans_of(certificate).spans) < 5
+    slanted = dataclasses.replace(scene[2], angular=[0.0, 1.0, 90.0])
+    refused(certificate.claims, (*scene[:2], slanted, None))
+
+
+def test_far_from_the_origin_contacts_are_as_narrow():
+    far = np.array([1e7, -1e7, 1e7])
+    a, b, one, other = SCENES["boxes"]
+    moved = (RigidMotion(m.linear, m.angular, m.center + far) for m in (one, other))
+    scene = (a.translated(far), b.translated(far), *moved)
+    lower, upper = check_sweep(certify_sweep(*scene), *scene)
+    assert 0.33 < lower <= upper <= lower + Fraction(NARROW)
+
+
 def test_an_exact_graze_is_undecided():
     """The ball's lowest place is irrational in time: no proof of contact, and none of its absence."""
     scene = (Sphere([1.0, 0.0, 0.0], 0.25), HalfSpace([0.0, 1.0, 0.0], 1.25), spin(-3.0), None)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from copy import copy
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -15,15 +16,16 @@ import numpy as np
 
 from refimpl.proof.atoms import Atom
 from refimpl.proof.bodies import Body, Corners, Curved
-from refimpl.proof.claims import Certificate, Claim, Core
+from refimpl.proof.claims import Certificate, Claim, Common, Core, Inscribed, Near
 from refimpl.proof.convex import Search
 from refimpl.proof.exact import features
 from refimpl.proof.mirror import mirrored
 from refimpl.proof.planes import Planes
-from refimpl.proof.points import Vector, dot, doubles
-from refimpl.proof.rigid_poses import Pose
+from refimpl.proof.points import Vector, along, dot, doubles, exact
+from refimpl.proof.rigid_poses import Pose, moved
 from refimpl.proof.sets import Solid
 from refimpl.proof.unions import Union
+from refimpl.proof.vectors import minus
 from refimpl.shapes import HalfSpace, Proxy
 
 
@@ -83,15 +85,47 @@ class MovedSearch(Search):
 
 
 def overlap(atoms: Sequence[Atom], poses: Sequence[Pose], solids: Sequence[Solid]) -> Claim | None:
-    """Claim about how deep two convex atoms are in each other at a moment."""
+    """Claim about how deep two convex atoms are in each other in poses; `solids` are they as the checker reads them.
+
+    It is searched near the origin, where the numbers are small, and then moved to its place.
+    """
+    bodies = [moved_body(atom.body, pose) for atom, pose in zip(atoms, poses, strict=True)]
+    bounded = [body for body in bodies if type(body) is not Body]
+    around = [Fraction(round(c)) for c in bounded[0].support((1.0, 0.0, 0.0))[0]] if bounded else [Fraction(0)] * 3
+    near = [pose._replace(place=minus(pose.place, around)) for pose in poses]
+    claim = _overlap(atoms, near, [moved([s], pose).atoms[0] for s, pose in zip(solids, near, strict=True)])
+    return None if claim is None else _shifted(claim, _three(around))
+
+
+def _overlap(atoms: Sequence[Atom], poses: Sequence[Pose], solids: Sequence[Any]) -> Claim | None:
     spaces = [isinstance(atom.shape, HalfSpace) for atom in atoms]
     if all(spaces):
         one, other = (moved_space(atom.shape, pose) for atom, pose in zip(atoms, poses, strict=True))  # type: ignore[arg-type]
         found = features(one, other)
         return Core(tuple(found.pairs), tuple(found.triangles), found.directions)
     if spaces[1]:
-        claim = overlap(atoms[::-1], poses[::-1], solids[::-1])
+        claim = _overlap(atoms[::-1], poses[::-1], solids[::-1])
         return None if claim is None else mirrored(Certificate((claim,))).claims[0]
     search = MovedSearch(atoms, poses, solids)
     search.claims()
     return search.upper[1]
+
+
+def _shifted(claim: Any, by: Vector) -> Claim:
+    """A claim about two proxies as one about both moved by the same way."""
+
+    def place(p: Any) -> Any:
+        return p if p is None or isinstance(p[0], tuple) else along(exact(p), 1, by)
+
+    if not any(by) or (isinstance(claim, Core) and claim.directions):
+        return claim  # type: ignore[no-any-return]
+    match claim:
+        case Core(pairs, triangles):
+            return Core(tuple((place(p), place(q)) for p, q in pairs), triangles)
+        case Common(p):
+            return Common(place(p))
+        case Near(p, q):
+            return Near(place(p), place(q))
+        case Inscribed():
+            return replace(claim, a=place(claim.a), b=place(claim.b))
+    raise TypeError(f"not a claim about an overlap: {claim!r}")

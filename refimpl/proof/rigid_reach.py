@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 from refimpl.proof.claims import Weights
 from refimpl.proof.rational import index, items, require, spend
 from refimpl.proof.rigid_poses import Course
-from refimpl.proof.sets import Hull, Planes, Product
+from refimpl.proof.sets import Factor, Hull, Planes, Product
 from refimpl.proof.unions import Union
 from refimpl.proof.vectors import NONE, Exact, cross, dot, minus, root, times
 
@@ -18,7 +18,7 @@ WAYS: list[list[int]] = [[sign * (i == axis) for i in range(3)] for sign in (1, 
 
 
 class Reach(NamedTuple):
-    """At least how far a core is from the pivot, and how fast ‖w×(x − center)‖ a point of it swings about the axis."""
+    """At least how far a core is from the pivot, and how fast ‖w×(x − center)‖ a point swings that changes the core."""
 
     far: Fraction
     fast: Fraction
@@ -41,7 +41,12 @@ def _reach(atom: Any, motion: Course, six: Sequence[Any] | None) -> Reach | None
             spend(256)
             middle = minus(times(Fraction(1, unit), centre), motion.center)
             vectors = [[times(Fraction(1, unit), v) for v in factor.vectors] for factor in factors]
-            return Reach(*(_sum(way(middle), [[way(v) for v in vs] for vs in vectors]) for way in _ways(motion)))
+            turning = [[] if _stays(factor, motion) else vs for factor, vs in zip(factors, vectors, strict=True)]
+            far, fast = _ways(motion)
+            return Reach(
+                _sum(far(middle), [[far(v) for v in vs] for vs in vectors]),
+                _sum(fast(middle), [[fast(v) for v in vs] for vs in turning]),
+            )
         case Hull(points, corners, _):
             spend(64 * len(corners))
             places = [minus(times(Fraction(1, points.unit), points.places[i]), motion.center) for i in corners]
@@ -54,6 +59,12 @@ def _reach(atom: Any, motion: Course, six: Sequence[Any] | None) -> Reach | None
             far = _long(farthest)
             return Reach(far, far * _long(motion.angular))
     return None
+
+
+def _stays(factor: Factor, motion: Course) -> bool:
+    """Whether a factor turns into itself: a disc, all eigenvalues of which are equal, about its own axis."""
+    same = all(share == factor.shares[0] for share in factor.shares)
+    return same and len(factor.vectors) > 1 and not any(dot(v, motion.angular) for v in factor.vectors)
 
 
 def _ways(motion: Course) -> tuple[Any, Any]:

@@ -26,7 +26,7 @@ from refimpl.proof.rigid_poses import Pose
 from refimpl.proof.rigid_reach import WAYS
 from refimpl.proof.sweeps import SweepCertificate
 from refimpl.proof.union_search import places_of
-from refimpl.proof.unions import Mesh
+from refimpl.proof.unions import Mesh, Union
 from refimpl.queries import distance
 from refimpl.shapes import Composite, HalfSpace, Polyhedron, Proxy
 from refimpl.sweeps import sweep
@@ -43,6 +43,7 @@ LATER = (0.0, 1e-12, 1e-11, 1e-10, 4e-10)
 """So much after the contact found in doubles an overlap is tried to be proven."""
 
 
+@np.errstate(over="ignore", under="ignore", invalid="ignore")
 def certify_rigid(a: Proxy, b: Proxy, motion_a: Motion, motion_b: Motion) -> SweepCertificate:
     """Prove from both sides when two single proxies in rigid motion first meet; see `certify_sweep`."""
     search = RigidSearch(a, b, motion_a, motion_b)
@@ -58,6 +59,7 @@ class RigidSearch:
         self.shapes, self.motions = (a, b), (motion_a, motion_b)
         self.scene = Scene(self.shapes, self.motions)
         self.atoms = atoms_of(a), atoms_of(b)
+        self.solids = Union(self.scene.parts[0]), Union(self.scene.parts[1])
         self.known: dict[float, Moment] = {}
 
     def claims(self) -> tuple[Any, ...]:
@@ -233,7 +235,7 @@ class RigidSearch:
         moment = self.moment(time)
         for i, j in self._deepest(time):
             atoms = self.atoms[0][i], self.atoms[1][j]
-            solids: Any = moment.sides[0].atoms[i], moment.sides[1].atoms[j]
+            solids: Any = self.solids[0].atoms[i], self.solids[1].atoms[j]
             claim: Any = overlap(atoms, moment.poses, solids)
             if claim is not None:
                 of = [None if len(self.atoms[side]) == 1 else k for side, k in enumerate((i, j))]

@@ -113,7 +113,10 @@ def turning(shape: Proxy, motion: Motion) -> Turning:
     points, extra = CORES[type(relative)](relative)
     axis, rate = unit_or(about.angular, AXIS)
     reach = np.max(norm(points), axis=-1) + extra
-    swing = np.where(rate > 0, np.max(norm(cross(axis[..., None, :], points)), axis=-1) + extra, 0.0)
+    round_about = extra
+    if isinstance(relative, Cylinder):  # about its own axis it turns into itself
+        round_about = np.where(np.all(cross(rigid.angular, solid.q - solid.p) == 0, axis=-1), 0.0, extra)
+    swing = np.where(rate > 0, np.max(norm(cross(axis[..., None, :], points)), axis=-1) + round_about, 0.0)
     size = np.maximum(relative.magnitude, reach)
     if isinstance(relative, HalfSpace):
         size = size + largest(about.center)

@@ -129,19 +129,21 @@ class March:
         free, gap, rate = self.free[rows], self.state.gap[rows], self.state.rate[rows]
         room = np.minimum(self.closed[rows], self.ends[rows]) - free
         half = self.pairs.at(rows).bend(*2 * (self.state.normal[rows],), free, free + room) / 2
-        calm = np.sqrt(half * gap)
+        calm = np.sqrt(half) * np.sqrt(gap)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             root = gap / -rate
-            off = np.clip(half * root / -rate, 0.0, 0.5)  # the root may be off by this part of it
+            off = np.clip(half * (root / -rate), 0.0, 0.5)  # the root may be off by this part of it
             clear = 2.0 * (self.slack[rows] + self.doubt[rows]) / -rate
             aimed = np.where(root <= NARROW / 8, 4.0 * root + clear, np.maximum(root * (1.0 - off) - clear, root / 2))
             far = np.where(half > 0, (rate + 2.0 * calm) / half, np.inf)
         share = self.share[rows]
-        step = np.where(rate < -calm, np.where(share < CAREFUL, share, 1.0) * aimed, share * far)
+        eager = np.where(share < CAREFUL, share, 1.0)
+        calmly = np.where(CAREFUL * far >= room, eager * room, share * far)
+        step = np.where(rate < -calm, eager * np.fmin(aimed, room), calmly)
         closed = np.isfinite(self.closed[rows])
         between = gap / (gap + self.depth[rows]) * np.isfinite(self.overlap[rows])
         inside = room * np.clip(between, 0.25, 0.75)
-        return np.asarray(free + np.where(closed, np.where(step < CAREFUL * room, step, inside), np.fmin(step, room)))
+        return np.asarray(free + np.where(closed & (step >= CAREFUL * room), inside, np.fmin(step, room)))
 
     def _stop(self, stopped: Bools, times: Array) -> None:
         """A time is not free: close in on it, or look behind it when that is done."""
