@@ -16,6 +16,7 @@ from oracles.outcome import Bucket, EntryNote, Finding, Kind, Related, Run, Seve
 from oracles.records import certificate_from_json
 from oracles.scene import Scene
 from reports.accuracy_data import accuracy_from
+from reports.broad_phase_data import crowd_from
 from reports.summary import FORMAT
 
 REPORT = "report.json"
@@ -96,6 +97,7 @@ def run_from_data(data: dict[str, Any]) -> Run:
             engine, query, pair, kind, reason = _words(item, "engine", "query", "pair", "kind", "reason")
             run.support[engine, query, pair] = SupportNote(kind, reason)
         run.accuracy = accuracy_from(data["accuracy"])
+        run.crowds = [crowd_from(item) for item in data.get("crowds", [])]
         run.ledger = [_entry_note(item) for item in data["ledger"]]
     except DAMAGE as error:
         raise NoReport(f"the report is damaged: {in_words(error)}") from None
@@ -153,7 +155,8 @@ def bucket_from_data(data: dict[str, Any]) -> Bucket:
 
 def finding_from_data(data: dict[str, Any]) -> Finding:
     """Rebuild the finding that a bucket shows; raises whatever its damage ends in (`DAMAGE`)."""
-    scene, about = Scene.from_json(data["scene"]), data["proof_scene"]
+    scene = Scene.from_json(data["scene"])
+    about = None if data["proof_scene"] is None else Scene.from_json(data["proof_scene"])
     certificate, severity = data["certificate"], data["severity"]
     verdict = Verdict(
         Kind(data["kind"]),
@@ -161,8 +164,8 @@ def finding_from_data(data: dict[str, Any]) -> Finding:
         None if severity is None else Severity(severity),
         **{name: float(data[name]) for name in NUMBERS},
         claim=_word(data["claim"]),
-        certificate=None if certificate is None else certificate_from_json(certificate, scene),
-        proof_scene=None if about is None else Scene.from_json(about),
+        certificate=None if certificate is None else certificate_from_json(certificate, about or scene),
+        proof_scene=about,
     )
     other = data["related"]
     related = None

@@ -13,7 +13,7 @@ from oracles.degeneracy import degeneracy
 from oracles.impact_judge import certificate_of
 from oracles.impact_laws import ANGULAR
 from oracles.outcome import Bucket, EntryNote, Finding, Kind, Run, Severity, State, SupportNote, Verdict
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, Scene, cells
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP, Scene, cells
 from refimpl import Box, Capsule, Composite, ConvexPolyhedron, HalfSpace, Point, Polyhedron, Ray, Sphere
 from refimpl.proof import Certificate, certify, check
 from refimpl.proof.certify import round_down, round_up
@@ -108,6 +108,8 @@ def _support(run: Run) -> None:
             note = SupportNote("native", "")
             if cell.query == IMPACT and (engine == "fcl" or cell.pair != "HalfSpace–Box"):
                 note = SupportNote("unsupported", "no impacts")
+            elif cell.query == SWEEP:
+                note = SupportNote("unsupported", "no sweeps")
             elif engine == "fcl" and cell.query == RAYCAST:
                 note = SupportNote("unsupported", "FCL casts no rays")
             elif engine == "fcl" and cell.query == DISTANCE and "HalfSpace" in cell.pair:

@@ -17,7 +17,7 @@ from oracles.judge import Judge
 from oracles.ledger import Ledger
 from oracles.outcome import FINDINGS, Kind
 from oracles.reference import is_quick
-from oracles.scene import IMPACT, Cell, Scene, cells
+from oracles.scene import MOVING, Cell, Scene, cells
 from oracles.strategies import scenes
 from oracles.worker import EngineWorker
 from refimpl import Proxy
@@ -27,8 +27,8 @@ from tests.conftest import name_of
 ENGINES: dict[str, Engine] = {name: load_engine(name) for name in ("fcl", "bullet")}
 JUDGES = {name: Judge(engine) for name, engine in ENGINES.items()}
 KNOWN = Ledger.load()
-AT_REST = [c for c in cells() if c.query != IMPACT]
-"""Impacts have scenes of their own: see test_impact_engines."""
+AT_REST = [c for c in cells() if c.query not in MOVING]
+"""Impacts and sweeps have scenes of their own: see test_impact_engines, test_sweep_engines."""
 SUPPORTED = [(name, c) for name, e in ENGINES.items() for c in AT_REST if e.support(c.query, c.type_a, c.type_b)]
 Pair = tuple[type[Proxy], type[Proxy]]
 

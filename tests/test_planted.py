@@ -22,7 +22,7 @@ from oracles.planted.hunting import Hunted, hunted, questioned, supported_pairs
 from oracles.planted.mutant import Mutant
 from oracles.planted.mutants import MUTANTS
 from oracles.planted.textbook import Textbook
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, QUERIES, RAYCAST, Scene, cells
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, QUERIES, RAYCAST, SWEEP, Scene, cells
 from oracles.screening import KINDS
 from refimpl.shapes import AABB
 from reports import mutants as table
@@ -49,7 +49,7 @@ def name_of(value: object) -> str | None:
 
 def test_the_right_engine_has_all_queries_and_enough_pairs() -> None:
     supported = [cell for cell in cells() if Textbook().support(cell.query, cell.type_a, cell.type_b)]
-    assert {cell.query for cell in supported} == set(QUERIES)
+    assert {cell.query for cell in supported} == set(QUERIES) - {SWEEP}  # which has wrong engines of its own
     assert len({cell.pair for cell in supported}) == 25
 
 

@@ -16,6 +16,7 @@ by the margin, but not against spheres. There is no algorithm for two meshes, or
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import metadata
 from typing import ClassVar
 
@@ -39,10 +40,12 @@ from oracles.engine import (
 )
 from oracles.engines import bullet_impacts as impacts
 from oracles.engines import geometry
+from oracles.engines.bullet_boxes import BulletCrowds
 from oracles.engines.bullet_scripts import script, sweep_script
 from oracles.engines.bullet_shapes import MARGIN, NO_ELLIPSOID, on_grid, place, ray_of
 from oracles.engines.bullet_world import World, import_bullet
 from oracles.keeping import kept_by_rows
+from oracles.motion import Motion
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP
 from refimpl.shapes import (
     AABB,
@@ -167,6 +170,11 @@ class BulletEngine(Engine):
         bare = query in RAY_TESTS or A in (Point, Sphere) or B in (Point, Sphere)
         return _effective(A, rows_a, sharp, bare), _effective(B, rows_b, sharp, bare)
 
+    def effective_motion(self, A: Kind, B: Kind, motion: Motion, rows: tuple[Array, Array]) -> Motion:
+        """Leave bodies the moments of inertia about their own axes: Bullet has no others."""
+        a, b = (impacts.as_held(*body) for body in zip((A, B), motion.bodies, rows, strict=True))
+        return replace(motion, a=a, b=b)
+
     def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
         """Rays from inside, the axes that contacts of boxes prefer, and the law of friction."""
         if query == IMPACT:
@@ -183,6 +191,10 @@ class BulletEngine(Engine):
             text = "edge-edge axes count only when they beat the face axes by 5 %"
             return {Convention.DEPTH_OF_ITS_NORMAL: text}
         return {}
+
+    def broad_phase(self) -> BulletCrowds:
+        """Give the engine's broad phase."""
+        return BulletCrowds()
 
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
         """Answer one scene in 15 µs (closest points, overlap), 120 µs (rays), 220 µs (contacts) or 1 ms (impacts)."""

@@ -13,8 +13,8 @@ from itertools import product
 
 import numpy as np
 
-from refimpl.broadphase.boxes import meeting
 from refimpl.broadphase.buckets import Cells, Window, count_covered, covered
+from refimpl.broadphase.corners import Corners, meeting
 from refimpl.broadphase.grids import Grid
 from refimpl.broadphase.levels import Level
 from refimpl.broadphase.protocol import Candidates
@@ -30,10 +30,10 @@ RIM = 1 << 14
 class Columns(Level):
     """Objects sorted by column, then by rank."""
 
-    def __init__(self, rows: Indices, lower: Array, upper: Array, cells: Cells) -> None:
-        super().__init__(rows, lower, upper, cells)
-        low, high = spans(lower, upper)
-        self.axis = int(np.argmax(high - low))
+    def __init__(self, rows: Indices, lower: Array, upper: Array, low: Indices, high: Indices, cells: Cells) -> None:
+        super().__init__(rows, lower, upper, low, high, cells)
+        begin, end = spans(lower, upper)
+        self.axis = int(np.argmax(end - begin))
         self.across = np.delete(np.arange(lower.shape[1]), self.axis)
         order = np.argsort(lower[:, self.axis])
         rank = np.empty_like(order)
@@ -41,15 +41,16 @@ class Columns(Level):
         self.begins = lower[order, self.axis]
         self.longest = np.nextafter(np.max((upper - lower)[:, self.axis]), np.inf)
         self.width = len(rows)
-        self.keys = np.sort(self._key(self.low[:, self.across], rank))
+        self.keys = np.sort(self._number(self.low[:, self.across]) * self.width + rank)
         self.members = rows[order[self.keys % self.width]]
 
-    def _key(self, column: Indices, rank: Indices) -> Indices:
-        """Number of a rank in a column, given by its cells across."""
-        number = column[:, 0]
-        for k in range(1, column.shape[1]):
-            number = number * (2 * RIM + 2) + column[:, k]
-        return number * self.width + rank
+    @staticmethod
+    def _number(column: Indices) -> Indices:
+        """Number of a column (..., D − 1), given by its cells across; those beside it may lie one beyond the rim."""
+        number = column[..., 0]
+        for k in range(1, column.shape[-1]):
+            number = number * (2 * RIM + 2) + column[..., k]
+        return number
 
     @property
     def memory(self) -> int:
@@ -75,17 +76,18 @@ class Columns(Level):
     def pairs(self, lower: Array, upper: Array) -> Candidates:
         """Each with those after it in its column, and with those about as far along in half of the columns around."""
         low, high = lower[self.members], upper[self.members]
+        boxes = Corners.of(low, high)
         column, place = self.keys // self.width, np.arange(len(self.keys))
         first, end = self._ranks(low, high)
         for step in product((-1, 0, 1), repeat=len(self.across)):
             if step < (0,) * len(step):
                 continue
-            there = (column + self._key(np.array([step]), np.zeros(1, dtype=np.int64)) // self.width) * self.width
+            there = (column + self._number(np.array(step))) * self.width
             start = np.searchsorted(self.keys, there + first) if any(step) else place + 1
             count = np.maximum(np.searchsorted(self.keys, there + end) - start, 0)
             for one, other in pieces(start, count):
-                i, j = meeting(one, other, low, high, low, high)
-                yield self.members[i], self.members[j]
+                kept = meeting(boxes, one, boxes, other)
+                yield self.members[one[kept]], self.members[other[kept]]
 
     def around(self, lower: Array, upper: Array) -> Candidates:
         """Query indices and objects in the columns that boxes cover, and in those before, which reach in."""
@@ -98,8 +100,8 @@ class Columns(Level):
         for some in shares(count[few].astype(np.int64)):
             asked = few[some]
             owner, column = covered(low[asked], high[asked])
-            q = asked[owner]
-            start, stop = (np.searchsorted(self.keys, self._key(column, rank[q])) for rank in (first, end))
+            q, there = asked[owner], self._number(column) * self.width
+            start, stop = (np.searchsorted(self.keys, there + rank[q]) for rank in (first, end))
             for entry, place in pieces(start, np.maximum(stop - start, 0)):
                 yield q[entry], self.members[place]
 
@@ -107,12 +109,10 @@ class Columns(Level):
 class ColumnSweep(Grid):
     """Sort and sweep in the columns of a grid: the tightest candidates, each once, from plain sorting."""
 
-    def _fit(self, cells: Cells, lower: Array, upper: Array) -> Bools:
-        low, high = cells.of(lower), cells.of(upper)
-        return np.asarray(largest((high - low).astype(np.float64)) <= 1)
+    level = Columns
 
-    def _level(self, rows: Indices, lower: Array, upper: Array, cells: Cells) -> Level:
-        return Columns(rows, lower, upper, cells)
+    def _fit(self, low: Indices, high: Indices) -> Bools:
+        return np.asarray(largest((high - low).astype(np.float64)) <= 1)
 
     def _cells(self, lower: Array, upper: Array, size: float) -> Cells:
         return Window(middle(lower, upper) - RIM * size, size, (2 * RIM,) * lower.shape[1])

@@ -26,12 +26,19 @@ STEPS = 80
 """Planes; a contact that grazes takes one for each bit of its time."""
 DOUBT = 2.0**-46
 """Part of the scene by which two proxies may be apart in doubles and in truth touch, and more."""
+GRAZE = 2.0**-11
+"""Part of its speed at which B comes nearer to A, at a contact that doubles do not tell well."""
+LATER = 64.0
+"""So many times `DOUBT` deep they should be, soon after they meet."""
+ROUNDING = 2.0**-50
+"""Part of the scene by which two proxies may overlap in doubles and in truth be apart."""
 
 
 class Advance(NamedTuple):
     """What is found for each row: see `SweepHit`, with the point and the normal where A rests.
 
-    In doubt is whether two proxies that come as near as rounding errors touch; then this is their nearest approach.
+    In doubt is whether two proxies that come as near as rounding errors touch, or when; then this is their nearest
+    approach in doubles.
     """
 
     t: Array
@@ -50,15 +57,58 @@ def sweep_translation(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) ->
 
     Where doubles do not tell whether two proxies touch that pass each other, exact numbers do.
     """
+    found, doubtful = in_doubles(x, y, motion_x, motion_y)
+    return decided(found, doubtful, x, y, motion_x, motion_y)
+
+
+def in_doubles(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> tuple[SweepHit, Bools]:
+    """First contacts of convex proxies in translation, and which of them are in doubt: those may be none, or later."""
     assert isinstance(motion_x, Translation)
     assert isinstance(motion_y, Translation)
     found = advance(x, y, motion_y.vector - motion_x.vector)
-    for i in np.flatnonzero(found.doubtful):
-        _put(found, i, _decided(found.at(i), x[i], y[i], motion_x[i], motion_y[i]))
     hit = np.isfinite(found.t)
     with np.errstate(over="ignore"):
         point = found.point + scale(np.where(hit, found.t, 0.0), motion_x.vector)
-    return SweepHit(hit, found.t, point, where(found.t > 0, found.normal, np.full(3, np.nan)), found.t_lower)
+    normal = where(found.t > 0, found.normal, np.full(3, np.nan))
+    return SweepHit(hit, found.t, point, normal, found.t_lower), found.doubtful
+
+
+def decided(found: SweepHit, doubtful: Bools, x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> SweepHit:
+    """What exact numbers tell of the rows in doubt; contact, where they do not tell either."""
+    from refimpl.proof.sweep_search import certify_sweep  # noqa: PLC0415  it needs `advance`
+
+    if not np.any(doubtful):
+        return found
+    hit, t, early = np.array(found.hit), np.array(found.t), np.array(found.t_lower)
+    point, normal = np.array(found.point), np.array(found.normal)
+    for i in np.flatnonzero(doubtful):
+        proof = certify_sweep(x[i], y[i], motion_x[i], motion_y[i])
+        early[i] = float(proof.lower)
+        if proof.lower > 1:
+            hit[i], t[i], point[i], normal[i] = False, np.inf, np.nan, np.nan
+        elif proof.upper <= 1:
+            t[i] = float(proof.upper)
+            point[i], normal[i] = _touching(x[i], y[i], motion_x[i], motion_y[i], t[i])
+    return SweepHit(hit, t, point, normal, early)
+
+
+def _touching(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion, t: float) -> tuple[Array, Array]:
+    """Point and normal of a contact at a time; no normal at the start."""
+    near = distance(motion_x.placed(x, t), motion_y.placed(y, t))
+    return 0.5 * (near.on_a + near.on_b), near.normal if t > 0 else np.full(3, np.nan)
+
+
+def doubts(found: SweepHit, x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> Bools:
+    """Which contacts in translation rounding may have made, or moved."""
+    assert isinstance(motion_x, Translation)
+    assert isinstance(motion_y, Translation)
+    way = motion_y.vector - motion_x.vector
+    size = np.maximum(np.maximum(x.magnitude, y.magnitude), largest(way))
+    shallow = _shallow(found.t, found.normal, x, y, way, size)
+    start = np.flatnonzero(found.t == 0)
+    if len(start):
+        shallow[start] = distance(x[start], y[start]).distance > -ROUNDING * size[start]
+    return shallow
 
 
 def advance(x: Proxy, y: Proxy, way: Array) -> Advance:
@@ -83,7 +133,12 @@ def _advanced(x: Proxy, y: Proxy, way: Array) -> Advance:
             if rows.any():
                 _put(found, np.flatnonzero(rows), function(x[rows], y[rows], way[rows]))
         return found
-    return cast(x, y, way)
+    found = cast(x, y, way)
+    missed = np.flatnonzero(~np.isfinite(found.t))
+    if len(missed):  # planes tell how nearly
+        near = _by_planes(x[missed], y[missed], way[missed])
+        _put(found, missed[near.doubtful], near.at(near.doubtful))
+    return found
 
 
 def _nothing(count: int) -> Advance:
@@ -111,7 +166,7 @@ def _by_planes(x: Proxy, y: Proxy, way: Array) -> Advance:
         met, nearer = gap <= 0, gap < least[active]
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             later = np.where(speed > 0, t[active] + gap / speed, np.inf)
-            early = t[active] - DOUBT * size[active] / speed
+            early = later - DOUBT * size[active] / speed
         rows = active[nearer]  # the nearest so far, with the last plane that left a gap
         least[rows], found.t[rows] = gap[nearer], t[rows]
         found.point[rows] = where(met, apart.on_a, 0.5 * (apart.on_a + apart.on_b))[nearer]
@@ -119,6 +174,7 @@ def _by_planes(x: Proxy, y: Proxy, way: Array) -> Advance:
         found.normal[rows], found.t_lower[rows] = apart.normal[nearer & ~met], early[nearer & ~met]
         gone = ~met & (later > 1)
         found.doubtful[active[gone]] = least[active[gone]] <= DOUBT * size[active[gone]]
+        found.doubtful[active[met]] = (speed <= GRAZE * norm(w))[met]
         going = ~met & ~gone & (later > t[active])
         t[active] = np.where(going, later, t[active])
         _forget(found, active[gone & ~found.doubtful[active]])
@@ -126,8 +182,24 @@ def _by_planes(x: Proxy, y: Proxy, way: Array) -> Advance:
         if not len(active):
             break
     found.doubtful[active] = True
+    shallow = _shallow(found.t, found.normal, x, y, way, size)
+    found.doubtful[:] = np.where(found.t == 0, least > -ROUNDING * size, found.doubtful | shallow)
     found.t_lower[:] = np.where(found.t > 0, np.clip(found.t_lower, 0.0, found.t), found.t)
     return found
+
+
+def _shallow(t: Array, normal: Array, x: Proxy, y: Proxy, way: Array, size: Array) -> Bools:
+    """Whether what meets does not overlap a little later by more than rounding, as it would at such a speed."""
+    meets = np.isfinite(t) & (t > 0)
+    with np.errstate(invalid="ignore"):
+        speed = -dot(normal, way)
+        shallow = meets & (speed <= GRAZE * norm(way))
+    rows = np.flatnonzero(meets & ~shallow)
+    if len(rows):
+        later = t[rows] + LATER * DOUBT * size[rows] / speed[rows]
+        depth = -distance(x[rows], y[rows].translated(scale(later, way[rows]))).distance
+        shallow[rows] = depth < DOUBT * size[rows]
+    return shallow
 
 
 def _forget(found: Advance, rows: Any) -> None:
@@ -138,36 +210,37 @@ def _forget(found: Advance, rows: Any) -> None:
 # ------------------------------------------------------------------------------------------ by rays
 
 
-def _ray(ray: Ray, solid: Proxy) -> tuple[Array, Array, Array]:
-    """Times up to 1 of a ray's first hits, the inward normal, and a time that is surely earlier."""
+def _ray(ray: Ray, solid: Proxy) -> tuple[Array, Array, Array, Bools]:
+    """Times up to 1 of a ray's first hits, the inward normal, a time that is surely earlier, and whether it grazes."""
     found = raycast(ray, solid)
     t = np.where(found.t <= 1, found.t, np.inf)
     size = np.maximum(np.maximum(ray.magnitude, solid.magnitude), largest(ray.direction))
     speed = np.abs(dot(found.normal, ray.direction))
     with np.errstate(divide="ignore", invalid="ignore"):
         early = np.where((t > 0) & (t <= 1), np.maximum(t - DOUBT * size / speed, 0.0), t)
-    return t, -found.normal, early
+    grazes = np.isfinite(t) & (t > 0) & (speed <= GRAZE * norm(ray.direction))
+    return t, -found.normal, early, grazes
 
 
-def _answer(t: Array, point: Array, normal: Array, early: Array) -> Advance:
+def _answer(t: Array, point: Array, normal: Array, early: Array, grazes: Bools) -> Advance:
     hit = np.isfinite(t)
     nowhere = np.full(3, np.nan)
-    return Advance(t, where(hit, point, nowhere), where(hit & (t > 0), normal, nowhere), early, np.zeros_like(hit))
+    return Advance(t, where(hit, point, nowhere), where(hit & (t > 0), normal, nowhere), early, grazes)
 
 
 def _point(x: Point, y: Proxy, way: Array) -> Advance:
     """A point against any solid: it is itself the ray."""
-    t, normal, early = _ray(Ray(x.position, -way), y)
-    return _answer(t, x.position, normal, early)
+    t, normal, early, grazes = _ray(Ray(x.position, -way), y)
+    return _answer(t, x.position, normal, early, grazes)
 
 
 def _round(center: Array, radius: Array, core: Callable[[Array], Array], grown: Proxy, way: Array) -> Advance:
     """A ball against a proxy that is a core widened by a ball: its centre against the one grown by its radius."""
-    t, normal, early = _ray(Ray(center, -way), grown)
+    t, normal, early, grazes = _ray(Ray(center, -way), grown)
     shift = scale(np.where(np.isfinite(t), t, 0.0), way)
     straight, apart = unit_or(core(center - shift) + shift - center, np.zeros(3))
     reach = np.minimum(radius, apart)
-    return _answer(t, center + where(t > 0, scale(radius, normal), scale(reach, straight)), normal, early)
+    return _answer(t, center + where(t > 0, scale(radius, normal), scale(reach, straight)), normal, early, grazes)
 
 
 def _sphere_sphere(x: Sphere, y: Sphere, way: Array) -> Advance:
@@ -182,10 +255,10 @@ def _sphere_capsule(x: Sphere, y: Capsule, way: Array) -> Advance:
 def _aabb_aabb(x: AABB, y: AABB, way: Array) -> Advance:
     """Two boxes: the origin against their difference."""
     lower, upper = y.lower - x.upper, y.upper - x.lower
-    t, normal, early = _ray(Ray(np.zeros_like(way), -way), AABB(lower, upper))
+    t, normal, early, grazes = _ray(Ray(np.zeros_like(way), -way), AABB(lower, upper))
     shift = scale(np.where(np.isfinite(t), t, 0.0), way)
     low, high = np.maximum(x.lower, y.lower + shift), np.minimum(x.upper, y.upper + shift)
-    return _answer(t, 0.5 * (low + high), normal, early)
+    return _answer(t, 0.5 * (low + high), normal, early, grazes)
 
 
 Cast: TypeAlias = Callable[[Any, Any, Array], Advance]
@@ -208,17 +281,3 @@ def earliest(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> Array:
     still = np.all(way == 0, axis=-1)
     found = raycast(Ray(np.zeros_like(way), np.where(still[:, None], 1.0, -way)), grown)
     return np.where((found.t <= 1) & (~still | (found.t == 0)), found.t, np.inf)
-
-
-# ------------------------------------------------------------------------------------------- doubts
-
-
-def _decided(found: Advance, x: Proxy, y: Proxy, motion_x: Translation, motion_y: Translation) -> Advance:
-    """What exact numbers tell of a single pair; contact, where they do not tell either."""
-    from refimpl.proof.sweep_search import certify_sweep  # noqa: PLC0415  it needs `advance`
-
-    proof = certify_sweep(x, y, motion_x, motion_y)
-    if proof.lower > 1:
-        return _nothing(1).at(0)
-    t = np.asarray(float(proof.upper)) if proof.upper <= 1 else found.t
-    return found._replace(t=t, t_lower=np.asarray(float(proof.lower)))
