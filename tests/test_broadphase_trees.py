@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 
 from refimpl.broadphase import BVH, BruteForce, BSPTree, KDTree, Octree
 from refimpl.broadphase.hierarchy import Hierarchy
+from refimpl.broadphase.parting import Planes
 
 TREES = [BVH, Octree, KDTree, BSPTree]
 NUMBERS = st.sampled_from([-np.inf, -1.7e308, -1e9, -3.0, -1.0, -5e-324, 0.0, 1e-12, 0.5, 1.0, 2.0, 7.0, 1e300, np.inf])
@@ -87,6 +88,32 @@ def test_hard_scenes(kind, scene):
     pairs = kind().build(low, high).pairs()
     assert len(pairs) == {"identical": 350 * 699, "stacked": 699, "scales": 0, "line": 0}[scene]
     assert np.array_equal(pairs, BruteForce().build(low, high).pairs())
+
+
+@pytest.mark.parametrize("fault", ["touching", "stale boxes", "one side only"])
+def test_faults_are_noticed(fault, monkeypatch):
+    """Touching taken for apart; boxes that stay behind; objects put on one side of a plane that they reach across."""
+    rng = np.random.default_rng(11)
+    low = rng.integers(0, 12, (300, 3)) * 1.0
+    high = low + rng.integers(1, 3, (300, 3))
+    kinds = {"touching": TREES, "stale boxes": [BVH, Octree], "one side only": [KDTree, BSPTree]}[fault]
+    trees = [kind().build(low, high) for kind in kinds]
+    brute = BruteForce().build(low, high)
+    if fault == "touching":
+        for tree in trees:
+            tree.tree.nodes.high[:] -= 1e-9
+            tree.tree.items.high[:] -= 1e-9
+    if fault == "stale boxes":
+        monkeypatch.setattr(Hierarchy, "refit", lambda *_: None)
+        for structure in [brute, *trees]:
+            structure.update(np.arange(20), low[20:40], high[20:40])
+    if fault == "one side only":
+        sides = Planes.sides
+        monkeypatch.setattr(Planes, "sides", lambda *at: (sides(*at)[0], ~sides(*at)[0]))
+        trees = [kind().build(low, high) for kind in kinds]
+    for tree in trees:
+        found = set(map(tuple, tree.pairs().tolist()))
+        assert found < set(map(tuple, brute.pairs().tolist())), type(tree)
 
 
 @pytest.fixture(scope="module")
