@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 from functools import cache
 from types import MappingProxyType
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ from oracles.impact_stages import TARGETS
 from oracles.motion import Motion
 from oracles.scene import DISTANCE, IMPACT, QUERIES, RAYCAST, SWEEP
 from refimpl.shapes import Point, Proxy, Ray
+
+if TYPE_CHECKING:
+    from oracles.crowds.engine import BroadPhaseEngine
 
 Array = NDArray[np.float64]
 Kind = type[Proxy]
@@ -386,6 +389,10 @@ class Engine(ABC):
         """Departures from the contract by design, each with the engine's own sentence."""
         del query, A, B
         return {}
+
+    def broad_phase(self) -> BroadPhaseEngine | None:
+        """Give what asks the engine which boxes of many overlap; None: it is not asked."""
+        return None
 
     @abstractmethod
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:

@@ -50,6 +50,7 @@ class Filing:
         run.counts.update(outcome.counts)
         run.hunters.update(outcome.hunters)
         run.relations.update(outcome.relations)
+        run.crowds += outcome.crowds
         run.problems += [problem for problem in outcome.problems if problem not in run.problems]
         run.incidents += outcome.incidents
         self.lacking |= outcome.lacking

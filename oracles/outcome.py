@@ -15,6 +15,7 @@ from refimpl.proof import Certificate, SweepCertificate
 from refimpl.proof.impacts import ImpactCertificate
 
 if TYPE_CHECKING:
+    from oracles.crowds.judging import CrowdCount
     from oracles.sheets import Sheet
 
 
@@ -280,6 +281,8 @@ class Outcome:
     certified: dict[ExtremeKey, float] = field(default_factory=dict)
     efforts: dict[CellKey, tuple[int, float]] = field(default_factory=dict)
     digest: str = ""
+    crowds: list[CrowdCount] = field(default_factory=list)
+    """What became of crowds before an engine's broad phase; not part of a record."""
     sheets: list[Sheet] = field(default_factory=list)
     """Each answer; no longer there once it is in the record."""
 
@@ -332,6 +335,8 @@ class Run:
     timing: dict[str, float] = field(default_factory=dict)
     """Seconds spent on scenes, each engine, the reference, judge, proofs, hunts, store: of all workers together."""
     accuracy: Accuracy = field(default_factory=Accuracy)
+    crowds: list[CrowdCount] = field(default_factory=list)
+    """What became of crowds before the engines' broad phases, by engine and regime."""
     passes: int | None = None
     """So many passes over all cells were asked for, in place of the budget."""
     interrupted: bool = False

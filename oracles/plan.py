@@ -1,8 +1,9 @@
 """The plan of a campaign: which tasks, in which order. It depends on nothing but the options and the seed.
 
 First the ledger's witnesses are asked again, so that what is known does not hang on luck. Then the bulk hunter puts
-scenes of every regime before every cell of every engine. Then larger passes of it take turns with Hypothesis and
-with relations, a few tasks each, so that however soon the time is used up, all have had their share.
+scenes of every regime before every cell of every engine, and crowds come before every broad phase. Then larger passes
+of it take turns with Hypothesis and with relations, a few tasks each, so that however soon the time is used up, all
+have had their share.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from oracles.batch import PairKey
 from oracles.ledger import Ledger
 from oracles.ledger.replay import to_replay
 from oracles.scene import Cell
-from oracles.tasks import BulkTask, HuntTask, RelateTask, ReplayTask, Task
+from oracles.tasks import BulkTask, CrowdTask, HuntTask, RelateTask, ReplayTask, Task
+from refimpl.pairs import TABLE
 
 FIRST_PASS, LARGEST_PASS = 1, 100
 """Scenes of each regime and pair in the first pass and in the largest: the first is to see every cell and regime once,
@@ -37,6 +39,11 @@ def replays(ledger: Ledger, engines: Sequence[str], pairs: Sequence[PairKey]) ->
 def first_pass(pairs: Sequence[PairKey], seed: int) -> Iterator[Task]:
     """Every pair once, in an order drawn from the seed."""
     return _bulk(pairs, seed, 0)
+
+
+def crowds(engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
+    """Crowds before each engine's broad phase, where all pairs are asked: a crowd is of no pair."""
+    return iter([CrowdTask(engine) for engine in engines] if len(pairs) == len(TABLE) else [])
 
 
 def later_passes(

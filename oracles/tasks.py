@@ -19,6 +19,8 @@ from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, close_workshop, workshop
 from oracles.bulk import bulk
 from oracles.clock import timed, watch
+from oracles.crowds.boxes import crowds
+from oracles.crowds.judging import question
 from oracles.hunt import hunting
 from oracles.judges import finding_of
 from oracles.ledger.replay import Replayed, replay
@@ -28,6 +30,9 @@ from oracles.outcome import Finding, Kind, Outcome, Verdict
 from oracles.relating import relating
 from oracles.scene import Cell
 from oracles.shrink import shrink_all
+
+CROWD = 40
+"""Bodies of a crowd."""
 
 
 class Task(ABC):
@@ -157,6 +162,30 @@ class CertifyTask(Task):
             if verdicts[about].kind is Kind.AGREES:
                 outcome.certified[key] = Extreme(scene, verdicts[about].amount).amount(key[3])
         return outcome
+
+
+@dataclass(frozen=True)
+class CrowdTask(Task):
+    """Crowds of every regime before the broad phase of one engine."""
+
+    recorded = False
+    engine: str
+
+    @property
+    def name(self) -> str:
+        """The engine."""
+        return f"crowds-{self.engine}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Ask, judge, and prove what is missing."""
+        bench = shop.bench(self.engine)
+        solver = bench.engine.broad_phase()
+        if solver is None:
+            return Outcome()
+        with timed("broad phases"):
+            found = question(bench.spec, bench.name, solver, crowds(shop.setup.seed, CROWD))
+        digest = sha256(repr([count.counted() for count in found]).encode()).hexdigest()
+        return Outcome(crowds=found, digest=digest)
 
 
 @dataclass(frozen=True)

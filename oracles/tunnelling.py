@@ -21,7 +21,7 @@ from oracles.engines.bullet_world import import_bullet
 from oracles.engines.fcl_engine import FclEngine
 from refimpl import AABB, Sphere, Translation
 from refimpl.linear import Array
-from refimpl.sweeps.stepping import stepped
+from refimpl.sweeps import stepped
 
 TIME_STEPS = (1 / 240, 1 / 60, 1 / 10)
 THICKNESSES = (0.01, 0.1)

@@ -13,6 +13,7 @@ from oracles.scene import QUERIES
 from refimpl.pairs import PROBES, SOLIDS
 from reports import cells, ledger, overview, tables, text, viewer
 from reports.accuracy import NOTE, accuracy
+from reports.broad_phase import WHAT
 from reports.content import TITLE, WORDS, content
 from reports.plots import plots
 from reports.tables import LEGEND, Table
@@ -41,6 +42,7 @@ def render(run: Run) -> str:
         figures={bucket.id: viewer.figure(bucket) for bucket in run.buckets},
         accuracy=accuracy(run),
         accuracy_note=NOTE,
+        broad_phase_note=WHAT,
         plots=plots(run),
         engines=named,
         types=[kind.__name__ for kind in (*PROBES, *SOLIDS)],

@@ -14,6 +14,7 @@ from oracles.ledger.states import UNSETTLED
 from oracles.outcome import Run, State
 from reports import text
 from reports.accuracy import NOTE, accuracy
+from reports.broad_phase import WHAT
 from reports.content import TITLE, WORDS, Content, content
 from reports.cutting import Part, fitting, put_together
 from reports.findings import BucketView
@@ -136,6 +137,11 @@ def _parts(report: Content, errors: Sequence[Table], *, beside: bool) -> Iterato
         yield section("Coverage", COVERAGE, "coverage", *folded(coverage.caption, table_lines(coverage)))
     if report.relations.rows:
         yield section("Relations", NOTES, "relations", *table_lines(report.relations))
+    for crowds in report.broad_phase:
+        lead = [escape(WHAT), ""] if crowds is report.broad_phase[0] else []
+        yield section(
+            "Broad phase", NOTES, "broad phases", *lead, f"{escape(crowds.caption)}:", "", *table_lines(crowds)
+        )
     support = table_lines(report.support) if report.support.rows else ["Every cell is native in every engine."]
     yield section("Support", NOTES, "support", *support)
     yield section("Time", NOTES, "time", *table_lines(report.timing))

@@ -16,6 +16,7 @@ from oracles.outcome import Bucket, EntryNote, Finding, Kind, Related, Run, Seve
 from oracles.records import certificate_from_json
 from oracles.scene import Scene
 from reports.accuracy_data import accuracy_from
+from reports.broad_phase_data import crowd_from
 from reports.summary import FORMAT
 
 REPORT = "report.json"
@@ -96,6 +97,7 @@ def run_from_data(data: dict[str, Any]) -> Run:
             engine, query, pair, kind, reason = _words(item, "engine", "query", "pair", "kind", "reason")
             run.support[engine, query, pair] = SupportNote(kind, reason)
         run.accuracy = accuracy_from(data["accuracy"])
+        run.crowds = [crowd_from(item) for item in data.get("crowds", [])]
         run.ledger = [_entry_note(item) for item in data["ledger"]]
     except DAMAGE as error:
         raise NoReport(f"the report is damaged: {in_words(error)}") from None

@@ -117,8 +117,9 @@ def run(
 ) -> int:
     """Question engines, prove what they get wrong, and write a report.
 
-    Exit status: 0 finished and as the ledger expects; 1 incomplete, or with a bucket that is NEW or an entry that is
-    STALE or CHANGED; 2 bad input; 3 the reference itself was proven wrong; 130 interrupted.
+    Exit status: 0 finished and as the ledger expects; 1 incomplete, or with a bucket that is NEW, an entry that is
+    STALE or CHANGED, or a broad phase that misses pairs; 2 bad input; 3 the reference itself was proven wrong; 130
+    interrupted.
     """
     asked = _Asked(engine, pair, budget, passes, seed, call_limit, models)
     if resume is not None:
@@ -228,4 +229,5 @@ def exit_status(found: Run, *, settled: bool = True) -> int:
         return REFERENCE_WRONG
     if found.interrupted:
         return INTERRUPTED
-    return INCOMPLETE if found.problems or not settled else FINISHED
+    broken = any(count.wrong for count in found.crowds)
+    return INCOMPLETE if found.problems or broken or not settled else FINISHED

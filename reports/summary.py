@@ -15,6 +15,7 @@ from oracles.scene import Scene
 from refimpl.proof.wire import certificate_to_json
 from reports import text
 from reports.accuracy_data import accuracy_data
+from reports.broad_phase_data import crowd_data
 from reports.findings import repro_file
 
 FORMAT = "proxyproof-report-1"
@@ -51,6 +52,7 @@ def report_data(run: Run) -> dict[str, Any]:
         "counts": counts,
         "relations": relations,
         "support": support,
+        "crowds": [crowd_data(count) for count in run.crowds],
         "accuracy": accuracy_data(run),
         "ledger": [dict(vars(note)) for note in run.ledger],
     }

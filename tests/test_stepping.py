@@ -9,7 +9,7 @@ import pytest
 
 import refimpl
 from refimpl import AABB, Box, Point, RigidMotion, Sphere, Translation, UnsupportedOperation
-from refimpl.sweeps.stepping import stepped
+from refimpl.sweeps import stepped
 
 WALL = AABB([-0.05, -1, -1], [0.05, 1, 1])
 BALL = Sphere([-1, 0, 0], 0.1)

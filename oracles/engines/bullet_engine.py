@@ -39,6 +39,7 @@ from oracles.engine import (
 )
 from oracles.engines import bullet_impacts as impacts
 from oracles.engines import geometry
+from oracles.engines.bullet_boxes import BulletCrowds
 from oracles.engines.bullet_scripts import script, sweep_script
 from oracles.engines.bullet_shapes import MARGIN, NO_ELLIPSOID, on_grid, place, ray_of
 from oracles.engines.bullet_world import World, import_bullet
@@ -183,6 +184,10 @@ class BulletEngine(Engine):
             text = "edge-edge axes count only when they beat the face axes by 5 %"
             return {Convention.DEPTH_OF_ITS_NORMAL: text}
         return {}
+
+    def broad_phase(self) -> BulletCrowds:
+        """Give the engine's broad phase."""
+        return BulletCrowds()
 
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
         """Answer one scene in 15 µs (closest points, overlap), 120 µs (rays), 220 µs (contacts) or 1 ms (impacts)."""

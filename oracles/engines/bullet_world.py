@@ -215,6 +215,23 @@ class World:
             return answer_row(hit=0.0, t=math.inf)
         return answer_row(hit=1.0, t=fraction * end, normal=normal, point=point)
 
+    def overlapping(self, shapes: list[Placed], moved_to: list[list[float]] | None) -> list[tuple[int, int]]:
+        """Pairs of shapes whose boxes overlap, as the broad phase has them; bodies may have to be moved before."""
+        self._begin()
+        bullet, client = self.bullet, self.client
+        bodies = [self._body(shape) for shape in shapes]
+        if moved_to is not None:
+            for body, place in zip(bodies, moved_to, strict=True):
+                bullet.resetBasePositionAndOrientation(body, place, [0.0, 0.0, 0.0, 1.0], physicsClientId=client)
+            bullet.performCollisionDetection(physicsClientId=client)
+        numbers = {body: number for number, body in enumerate(bodies)}
+        found = []
+        for body, number in numbers.items():
+            lower, upper = bullet.getAABB(body, physicsClientId=client)
+            others = bullet.getOverlappingObjects(lower, upper, physicsClientId=client) or ()
+            found += [(number, numbers[other]) for other, _ in others if other != body]
+        return found
+
     def sweep(self, ray: Row, along: list[float], target: list[Placed]) -> AnswerRow:
         """First hit of a ray from t = 0 to 1, where the target and all else moves `along`."""
         self._begin()

@@ -46,6 +46,7 @@ from oracles.engine import (
 )
 from oracles.engines import fcl_sweeps as sweeps
 from oracles.engines import geometry
+from oracles.engines.fcl_crowd import FclCrowds
 from oracles.engines.fcl_shapes import Maker, Placed, frame_text, place, shape_text
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, SWEEP
 from refimpl.shapes import (
@@ -154,6 +155,10 @@ class FclEngine(Engine):
             text = "edge-edge axes count only when they beat the face axes by 5 %"
             found[Convention.DEPTH_OF_ITS_NORMAL] = text
         return found
+
+    def broad_phase(self) -> FclCrowds:
+        """Give the engine's broad phase."""
+        return FclCrowds()
 
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
         """Answer one scene in 4 to 15 µs, where it has no parts and no new hull or mesh."""

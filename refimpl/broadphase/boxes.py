@@ -1,4 +1,4 @@
-"""Arrays of closed axis-aligned boxes, points and rays: what is accepted, and when two boxes meet."""
+"""Arrays of closed axis-aligned boxes, points and rays: what is accepted, and as what."""
 
 from __future__ import annotations
 
@@ -8,31 +8,8 @@ import numpy as np
 
 from refimpl.linear import Array, Bools, as_floats
 from refimpl.proxy import ShapeError
-from refimpl.signs import Indices
 
 DIMENSIONS = (2, 3)
-
-
-def meet(lower_a: Array, upper_a: Array, lower_b: Array, upper_b: Array) -> Bools:
-    """Whether closed boxes have a point in common; leading axes broadcast.
-
-    Axis by axis: a reduction over an axis of 3 takes several times as long.
-    """
-    found = (lower_a[..., 0] <= upper_b[..., 0]) & (lower_b[..., 0] <= upper_a[..., 0])
-    for k in range(1, lower_a.shape[-1]):
-        found &= lower_a[..., k] <= upper_b[..., k]
-        found &= lower_b[..., k] <= upper_a[..., k]
-    return np.asarray(found)
-
-
-def meeting(
-    i: Indices, j: Indices, lower_a: Array, upper_a: Array, lower_b: Array, upper_b: Array
-) -> tuple[Indices, Indices]:
-    """Those of the pairs i of A, j of B whose boxes meet; most fail on the first axis and are not looked at again."""
-    for k in range(lower_a.shape[-1]):
-        found = (lower_a[i, k] <= upper_b[j, k]) & (lower_b[j, k] <= upper_a[i, k])
-        i, j = i[found], j[found]
-    return i, j
 
 
 def as_boxes(lower: Any, upper: Any, dimension: int | None = None) -> tuple[Array, Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from refimpl.broadphase.boxes import meet
+from refimpl.broadphase.corners import Corners, all_meeting
 from refimpl.broadphase.protocol import BroadPhase, Candidates
 from refimpl.broadphase.slabs import rays_may_meet
 from refimpl.linear import Array
@@ -35,9 +35,10 @@ def every(lower_a: Array, upper_a: Array, lower_b: Array, upper_b: Array, *, lat
     If both are the same, `later` leaves out what is before the diagonal.
     """
     rows = max(1, TILE // max(len(lower_b), 1))
+    a, b = Corners.of(lower_a, upper_a), Corners.of(lower_b, upper_b)
     for begin in range(0, len(lower_a), rows):
         some, rest = slice(begin, begin + rows), slice(begin if later else 0, None)
-        i, j = np.nonzero(meet(lower_a[some, None], upper_a[some, None], lower_b[rest], upper_b[rest]))
+        i, j = np.nonzero(all_meeting(a, some, b, rest))
         i, j = i + begin, j + rest.start
         yield (i[i < j], j[i < j]) if later else (i, j)
 

@@ -20,4 +20,4 @@ class BSPTree(PartitionTree):
     def _ways(spread: Array) -> Array:
         """Give the principal axes, that of the greatest variance first."""
         _, vectors = np.linalg.eigh(spread)
-        return np.clip(np.moveaxis(vectors[:, :, ::-1], 2, 0), -1.0, 1.0)
+        return np.asarray(np.clip(np.moveaxis(vectors[:, :, ::-1], 2, 0), -1.0, 1.0))

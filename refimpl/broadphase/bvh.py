@@ -128,4 +128,4 @@ def _sizes(low: Array, high: Array) -> Array:
     """Sizes of the boxes around the first bin of each row, the first two, and so on; (D, k, BINS) each."""
     extent = np.maximum.accumulate(high, axis=2) - np.minimum.accumulate(low, axis=2)
     extent = np.maximum(extent, 0.0)  # where all bins are empty
-    return surface(np.moveaxis(extent, 0, -1)) + LENGTH * np.sum(extent, axis=0)
+    return np.asarray(surface(np.moveaxis(extent, 0, -1)) + LENGTH * np.sum(extent, axis=0))

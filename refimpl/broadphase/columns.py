@@ -13,8 +13,8 @@ from itertools import product
 
 import numpy as np
 
-from refimpl.broadphase.boxes import meeting
 from refimpl.broadphase.buckets import Cells, Window, count_covered, covered
+from refimpl.broadphase.corners import Corners, meeting
 from refimpl.broadphase.grids import Grid
 from refimpl.broadphase.levels import Level
 from refimpl.broadphase.protocol import Candidates
@@ -30,10 +30,10 @@ RIM = 1 << 14
 class Columns(Level):
     """Objects sorted by column, then by rank."""
 
-    def __init__(self, rows: Indices, lower: Array, upper: Array, cells: Cells) -> None:
-        super().__init__(rows, lower, upper, cells)
-        low, high = spans(lower, upper)
-        self.axis = int(np.argmax(high - low))
+    def __init__(self, rows: Indices, lower: Array, upper: Array, low: Indices, high: Indices, cells: Cells) -> None:
+        super().__init__(rows, lower, upper, low, high, cells)
+        begin, end = spans(lower, upper)
+        self.axis = int(np.argmax(end - begin))
         self.across = np.delete(np.arange(lower.shape[1]), self.axis)
         order = np.argsort(lower[:, self.axis])
         rank = np.empty_like(order)
@@ -75,6 +75,7 @@ class Columns(Level):
     def pairs(self, lower: Array, upper: Array) -> Candidates:
         """Each with those after it in its column, and with those about as far along in half of the columns around."""
         low, high = lower[self.members], upper[self.members]
+        boxes = Corners.of(low, high)
         column, place = self.keys // self.width, np.arange(len(self.keys))
         first, end = self._ranks(low, high)
         for step in product((-1, 0, 1), repeat=len(self.across)):
@@ -84,8 +85,8 @@ class Columns(Level):
             start = np.searchsorted(self.keys, there + first) if any(step) else place + 1
             count = np.maximum(np.searchsorted(self.keys, there + end) - start, 0)
             for one, other in pieces(start, count):
-                i, j = meeting(one, other, low, high, low, high)
-                yield self.members[i], self.members[j]
+                kept = meeting(boxes, one, boxes, other)
+                yield self.members[one[kept]], self.members[other[kept]]
 
     def around(self, lower: Array, upper: Array) -> Candidates:
         """Query indices and objects in the columns that boxes cover, and in those before, which reach in."""
@@ -107,12 +108,10 @@ class Columns(Level):
 class ColumnSweep(Grid):
     """Sort and sweep in the columns of a grid: the tightest candidates, each once, from plain sorting."""
 
-    def _fit(self, cells: Cells, lower: Array, upper: Array) -> Bools:
-        low, high = cells.of(lower), cells.of(upper)
-        return np.asarray(largest((high - low).astype(np.float64)) <= 1)
+    level = Columns
 
-    def _level(self, rows: Indices, lower: Array, upper: Array, cells: Cells) -> Level:
-        return Columns(rows, lower, upper, cells)
+    def _fit(self, low: Indices, high: Indices) -> Bools:
+        return np.asarray(largest((high - low).astype(np.float64)) <= 1)
 
     def _cells(self, lower: Array, upper: Array, size: float) -> Cells:
         return Window(middle(lower, upper) - RIM * size, size, (2 * RIM,) * lower.shape[1])

@@ -6,7 +6,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from refimpl.linear import Array
+from refimpl.linear import Array, Bools
 from refimpl.signs import Indices
 
 
@@ -25,6 +25,11 @@ class Corners(NamedTuple):
     def dimension(self) -> int:
         """2 or 3."""
         return len(self.low)
+
+    def in_units(self, exponent: int) -> Self:
+        """The boxes in units of 2^exponent."""
+        with np.errstate(under="ignore"):
+            return type(self)(*(np.ldexp(side, -exponent) for side in self))
 
     def at(self, index: Indices) -> Self:
         """Some of the boxes."""
@@ -48,3 +53,12 @@ def meeting(a: Corners, i: Indices, b: Corners, j: Indices) -> Indices:
         some = np.flatnonzero(met)
         kept, i, j = kept.take(some), i.take(some), j.take(some)
     return kept
+
+
+def all_meeting(a: Corners, some: slice, b: Corners, others: slice) -> Bools:
+    """Whether each of some boxes of `a` has a point in common with each of others of `b`; one row for each of `a`."""
+    found = np.ones((1, 1), dtype=bool)
+    for low_a, high_a, low_b, high_b in zip(*a, *b, strict=True):
+        found = found & (low_a[some, None] <= high_b[others])
+        found &= low_b[others] <= high_a[some, None]
+    return found

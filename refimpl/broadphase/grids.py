@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from itertools import chain
+from typing import ClassVar
 
 import numpy as np
 
@@ -55,6 +56,9 @@ class Grid(BroadPhase):
         Objects too large for any cell, compared with all others one by one.
     """
 
+    level: ClassVar[type[Level]] = Lists
+    """What a level is made of."""
+
     def __init__(self, cell: float | None = None, levels: int = LEVELS) -> None:
         super().__init__()
         if cell is not None and not LEAST <= cell <= TAME:
@@ -78,12 +82,16 @@ class Grid(BroadPhase):
         self.levels, aside = [], [np.flatnonzero(which < 0)]
         for number in np.unique(which[which >= 0]).tolist():
             rows = np.flatnonzero(which == number)
-            cells = self._cells(self.lower[rows], self.upper[rows], self.cell_size * 4.0**number)
-            fits = self._fit(cells, self.lower[rows], self.upper[rows]) & (len(rows) * SPARSE >= len(self))
-            aside.append(rows[~fits])
-            rows = rows[fits]
+            lower, upper = self.lower.take(rows, axis=0), self.upper.take(rows, axis=0)
+            cells = self._cells(lower, upper, self.cell_size * 4.0**number)
+            low, high = cells.of(lower), cells.of(upper)
+            fits = self._fit(low, high) & (len(rows) * SPARSE >= len(self))
+            if not fits.all():
+                aside.append(rows[~fits])
+                rows, lower, upper = rows[fits], lower[fits], upper[fits]
+                low, high = low[fits], high[fits]
             if len(rows):
-                self.levels.append(self._level(rows, self.lower[rows], self.upper[rows], cells))
+                self.levels.append(self.level(rows, lower, upper, low, high, cells))
         self.aside = np.concatenate(aside)
         self._loose = np.empty(0, dtype=np.int64)
         self._settle()
@@ -97,17 +105,16 @@ class Grid(BroadPhase):
     def _level_of(self) -> Indices:
         """Level by size: a box is at most as long as a cell, and in all but the first a quarter of it; −1: none."""
         known = tame(self.lower, self.upper)
-        size = extents(self.lower[known], self.upper[known])
-        found = np.full(len(self), -1)
-        found[known] = np.clip(np.ceil(np.log2(np.maximum(size / self.cell_size, 0.5)) / 2), 0, self._most - 1)
+        found = np.where(known, 0, -1)
+        with np.errstate(over="ignore", invalid="ignore"):
+            size = extents(self.lower, self.upper)
+        large = np.flatnonzero(known & (size > self.cell_size))
+        found[large] = np.minimum(np.ceil(np.log2(size[large] / self.cell_size) / 2), self._most - 1)
         return found
 
-    def _fit(self, cells: Cells, lower: Array, upper: Array) -> Bools:
-        """Which boxes a level can hold."""
-        return np.asarray(count_covered(cells.of(lower), cells.of(upper)) <= MANY)
-
-    def _level(self, rows: Indices, lower: Array, upper: Array, cells: Cells) -> Level:
-        return Lists(rows, lower, upper, cells)
+    def _fit(self, low: Indices, high: Indices) -> Bools:
+        """Which objects a level can hold, by their first and last cells."""
+        return np.asarray(count_covered(low, high) <= MANY)
 
     @abstractmethod
     def _cells(self, lower: Array, upper: Array, size: float) -> Cells:

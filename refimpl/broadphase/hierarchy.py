@@ -134,12 +134,12 @@ class Hierarchy:
 
     def _pairs_of_leaves(self, a: Indices, b: Indices) -> Iterator[Front]:
         """Objects of leaves and of their partners, where their boxes meet."""
-        for owner, one in pieces(self.start[a], self.count[a], FRONT):
-            kept = meeting(self.items, one, self.nodes, b.take(owner))
-            one, leaf = one.take(kept), b.take(owner.take(kept))
+        for owner, item in pieces(self.start[a], self.count[a], FRONT):
+            leaf = b.take(owner)
+            kept = meeting(self.items, item, self.nodes, leaf)
+            one, leaf = item.take(kept), leaf.take(kept)
             stop = self.start.take(leaf) + self.count.take(leaf)
-            same = self.home.take(one) == leaf
-            start = np.where(same, one + 1, self.start.take(leaf))
+            start = np.where(self.home.take(one) == leaf, one + 1, self.start.take(leaf))
             for place, other in pieces(start, stop - start, FRONT):
                 mine = one.take(place)
                 kept = meeting(self.items, mine, self.items, other)

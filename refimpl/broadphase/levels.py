@@ -30,16 +30,17 @@ class Level(ABC):
         The objects; all of them have tame boxes.
     lower, upper : (m, D)
         Their boxes.
+    low, high : (m, D) int64
+        First and last cells of each.
     cells
         The grid.
     """
 
     cells: Cells
 
-    def __init__(self, rows: Indices, lower: Array, upper: Array, cells: Cells) -> None:
-        self.rows, self.cells = rows, cells
+    def __init__(self, rows: Indices, lower: Array, upper: Array, low: Indices, high: Indices, cells: Cells) -> None:
+        self.rows, self.cells, self.low, self.high = rows, cells, low, high
         self.bounds = np.min(lower, axis=0), np.max(upper, axis=0)
-        self.low, self.high = cells.of(lower), cells.of(upper)
 
     @property
     @abstractmethod

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from refimpl.broadphase.boxes import meeting
 from refimpl.broadphase.buckets import Cells, count_covered, covered
+from refimpl.broadphase.corners import Corners, meeting
 from refimpl.broadphase.levels import Level
 from refimpl.broadphase.protocol import Candidates
 from refimpl.broadphase.ranges import pieces, shares
@@ -19,8 +19,8 @@ from refimpl.signs import Indices
 class Lists(Level):
     """Cells with lists of objects."""
 
-    def __init__(self, rows: Indices, lower: Array, upper: Array, cells: Cells) -> None:
-        super().__init__(rows, lower, upper, cells)
+    def __init__(self, rows: Indices, lower: Array, upper: Array, low: Indices, high: Indices, cells: Cells) -> None:
+        super().__init__(rows, lower, upper, low, high, cells)
         owner, entered = covered(self.low, self.high)
         self.cells = cells.for_entries(len(owner))
         bucket = self.cells.bucket(entered)
@@ -42,12 +42,12 @@ class Lists(Level):
 
     def pairs(self, lower: Array, upper: Array) -> Candidates:
         """Objects that share a bucket: each member with those after it in its list."""
-        low, high = lower[self.members], upper[self.members]
+        boxes = Corners.of(lower[self.members], upper[self.members])
         place = np.arange(len(self.members))
         after = np.repeat(self.starts[1:], np.diff(self.starts)) - place - 1
         for one, other in pieces(place + 1, after):
-            i, j = meeting(one, other, low, high, low, high)
-            yield self.members[i], self.members[j]
+            kept = meeting(boxes, one, boxes, other)
+            yield self.members[one[kept]], self.members[other[kept]]
 
     def around(self, lower: Array, upper: Array) -> Candidates:
         """Query indices and objects in the buckets of the cells that boxes (Q, D) cover."""

@@ -10,9 +10,9 @@ import numpy as np
 from refimpl.linear import Array, Bools
 from refimpl.signs import Indices
 
-LEAF = 12
+LEAF = 48
 """So few objects are not parted."""
-GAIN = 0.9
+GAIN = 0.85
 """A plane is worth it if it leaves no more than this part of the pairs within cells."""
 
 Ways = Callable[[Array], Array]
@@ -63,7 +63,7 @@ class Members(NamedTuple):
 
     def at(self, index: Indices) -> Members:
         """Some of them."""
-        return Members(*(values.take(index, axis=0) for values in self))
+        return Members(self.rows[index], self.node[index], self.low[index], self.high[index])
 
     def among(self, chosen: Bools) -> Members:
         """Those whose nodes are chosen."""

@@ -13,7 +13,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from refimpl.broadphase.boxes import as_boxes, as_flags, as_points, as_rays, meet
+from refimpl.broadphase.boxes import as_boxes, as_flags, as_points, as_rays
+from refimpl.broadphase.corners import Corners, meeting
 from refimpl.broadphase.proxies import Numbered
 from refimpl.broadphase.slabs import around_rays, rays_meet
 from refimpl.linear import Array, Bools
@@ -149,9 +150,8 @@ class BroadPhase(ABC):
             Query index and id, sorted.
         """
         low, up = as_boxes(lower, upper, self.dimension)
-        return self._found(
-            self._near_boxes(low, up), lambda q, rows: meet(self.lower[rows], self.upper[rows], low[q], up[q])
-        )
+        boxes, asked = Corners.of(self.lower, self.upper), Corners.of(low, up)
+        return self._found(self._near_boxes(low, up), lambda q, rows: meeting(asked, q, boxes, rows))
 
     def query_points(self, points: Any) -> Indices:
         """All objects whose boxes contain each of some points (Q, D), finite ones; returns as `query_boxes`."""
@@ -177,8 +177,8 @@ class BroadPhase(ABC):
         """
         start, way, end = as_rays(origin, direction, length, self.dimension)
 
-        def hit(q: Indices, rows: Indices) -> Bools:
-            return rays_meet(start[q], way[q], end[q], self.lower[rows], self.upper[rows])
+        def hit(q: Indices, rows: Indices) -> Indices:
+            return np.flatnonzero(rays_meet(start[q], way[q], end[q], self.lower[rows], self.upper[rows]))
 
         return self._found(self._near_rays(start, way, end), hit)
 
@@ -237,15 +237,16 @@ class BroadPhase(ABC):
 
     def _true_pairs(self) -> Iterator[Indices]:
         """Keys of the candidates that are pairs."""
-        count = len(self)
+        count, boxes = len(self), Corners.of(self.lower, self.upper)
         for i, j in self._near_pairs() if count else ():
-            true = meet(self.lower[i], self.upper[i], self.lower[j], self.upper[j])
-            true &= (i != j) & ~(self.static[i] & self.static[j])
+            true = meeting(boxes, i, boxes, j)
             a, b = i[true], j[true]
+            moving = (a != b) & ~(self.static[a] & self.static[b])
+            a, b = a[moving], b[moving]
             yield np.minimum(a, b) * count + np.maximum(a, b)
 
-    def _found(self, candidates: Candidates, true: Callable[[Indices, Indices], Bools]) -> Indices:
-        """Query indices and ids of the candidates that are true."""
+    def _found(self, candidates: Candidates, true: Callable[[Indices, Indices], Indices]) -> Indices:
+        """Query indices and ids of the candidates at the places that are true."""
         count = len(self)
 
         def keys() -> Iterator[Indices]:
@@ -279,6 +280,8 @@ class BroadPhase(ABC):
         there[there] = self.ids[rows[there]] == wanted[there]
         if not there.all():
             raise LookupError(f"no object with id {int(wanted[~there][0])}")
-        if len(np.unique(rows)) != len(rows):
+        once = np.zeros(len(self), dtype=bool)
+        once[rows] = True
+        if np.count_nonzero(once) != len(rows):
             raise ValueError("an id occurs twice")
         return rows

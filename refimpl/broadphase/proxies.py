@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from refimpl.bounds import aabb
 from refimpl.linear import Array, Bools
-from refimpl.proxy import Proxy
+from refimpl.proxy import Proxy, ShapeError
 from refimpl.queries import intersect
 from refimpl.shapes import Composite, HalfSpace, Ray
 from refimpl.signs import Indices
@@ -57,8 +57,37 @@ class Numbered:
         owner = np.repeat(np.arange(len(flat)), counts)
         return cls(tuple(batches), batch[owner], place[owner] + np.arange(len(owner)) - first[owner])
 
+    @classmethod
+    def by_form(cls, proxies: Sequence[Proxy]) -> Numbered:
+        """Number single proxies, those of one type and form together: also hulls of equal sizes, and equal meshes."""
+        members: dict[object, list[int]] = {}
+        for number, x in enumerate(proxies):
+            if x.batch_shape:
+                raise ShapeError(f"proxy {number} is a batch of {x.batch_shape}: give single proxies")
+            members.setdefault((type(x), x.identity()[0]), []).append(number)
+        batch, place = np.zeros(len(proxies), dtype=np.int64), np.zeros(len(proxies), dtype=np.int64)
+        batches = []
+        for which, numbers in enumerate(members.values()):
+            batch[numbers], place[numbers] = which, np.arange(len(numbers))
+            batches.append(type(proxies[numbers[0]]).unpack(np.stack([proxies[number].pack() for number in numbers])))
+        return cls(tuple(batches), batch, place)
+
     def __len__(self) -> int:
         return len(self.batch)
+
+    def __getitem__(self, number: int) -> Proxy:
+        """Give one of the proxies."""
+        return self.batches[int(self.batch[number])][int(self.place[number])]
+
+    def mapped(self, change: Callable[[Proxy, Indices], Proxy]) -> Numbered:
+        """Change each batch; `change` takes it and the numbers of its proxies, in its order."""
+        changed = []
+        for which, proxies in enumerate(self.batches):
+            mine = np.flatnonzero(self.batch == which)
+            numbers = np.empty_like(mine)
+            numbers[self.place[mine]] = mine
+            changed.append(change(proxies, numbers))
+        return Numbered(tuple(changed), self.batch, self.place)
 
     def boxes(self) -> tuple[Array, Array]:
         """Corners (N, 3) of the bounding boxes."""
@@ -71,14 +100,19 @@ class Numbered:
 
     def meet(self, pairs: Indices) -> Bools:
         """Whether the proxies of pairs (M, 2) have a point in common: `intersect`, a batch for each pair of types."""
-        i, j = pairs[:, 0], pairs[:, 1]
         found = np.zeros(len(pairs), dtype=bool)
+        for some, a, b in self.by_types(pairs):
+            found[some] = intersect(a, b)
+        return found
+
+    def by_types(self, pairs: Indices) -> Iterator[tuple[Indices, Proxy, Proxy]]:
+        """Rows of pairs (M, 2) that are of the same two types, with their first and their second proxies as batches."""
+        i, j = pairs[:, 0], pairs[:, 1]
         kinds = self.batch[i] * len(self.batches) + self.batch[j]
         order = np.argsort(kinds, kind="stable")
         for some in np.split(order, np.flatnonzero(np.diff(kinds[order])) + 1) if len(order) else ():
             a, b = self.batches[self.batch[i[some[0]]]], self.batches[self.batch[j[some[0]]]]
-            found[some] = intersect(a[self.place[i[some]]], b[self.place[j[some]]])
-        return found
+            yield some, a[self.place[i[some]]], b[self.place[j[some]]]
 
 
 def boxes_of(x: Proxy) -> tuple[Array, Array]:

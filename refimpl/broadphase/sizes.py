@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from refimpl.linear import Array, Bools, largest
+from refimpl.signs import Indices
 
 SAMPLE = 4096
 """Objects from which sizes and places are estimated."""
@@ -33,14 +34,21 @@ def tame(lower: Array, upper: Array) -> Bools:
     return np.asarray((np.maximum(largest(lower), largest(upper))) <= TAME)
 
 
+def sample(count: int) -> Indices:
+    """Numbers of some objects among so many, evenly spread."""
+    return np.linspace(0, count - 1, min(SAMPLE, count)).astype(np.int64)
+
+
 def middle(lower: Array, upper: Array) -> Array:
-    """A place in the middle of tame boxes, by the median of each coordinate."""
-    return np.asarray(np.median((lower + upper) / 2, axis=0))
+    """A place in the middle of tame boxes, by the median of each coordinate of a sample."""
+    some = sample(len(lower))
+    return np.asarray(np.median((lower[some] + upper[some]) / 2, axis=0))
 
 
 def spans(lower: Array, upper: Array) -> tuple[Array, Array]:
-    """Corners between which are the middles of most of the tame boxes, outliers left out."""
-    low, high = np.quantile((lower + upper) / 2, [CORE, 1 - CORE], axis=0)
+    """Corners between which are the middles of most of the tame boxes, outliers left out, by a sample."""
+    some = sample(len(lower))
+    low, high = np.quantile((lower[some] + upper[some]) / 2, [CORE, 1 - CORE], axis=0)
     return low, high
 
 
@@ -54,7 +62,7 @@ def cell_size(lower: Array, upper: Array) -> float:
     known = np.flatnonzero(tame(lower, upper))
     if not len(known):
         return 1.0
-    some = known[np.linspace(0, len(known) - 1, min(SAMPLE, len(known))).astype(np.int64)]
+    some = known[sample(len(known))]
     small, large = np.maximum(np.quantile(extents(lower[some], upper[some]), [SMALL, LARGE]) * AMPLE, LEAST).tolist()
     places = (lower[some] + upper[some]) / 2
     low, high = spans(lower[some], upper[some])

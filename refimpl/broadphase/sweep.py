@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from refimpl.broadphase.boxes import meet
+from refimpl.broadphase.corners import Corners, all_meeting
 from refimpl.broadphase.protocol import BroadPhase, Candidates
 from refimpl.broadphase.ranges import pieces
 from refimpl.broadphase.sizes import spans, tame
@@ -38,10 +38,10 @@ class SortAndSweep(BroadPhase):
 
     def _sort(self) -> None:
         """Boxes in the order of their lower corners, and for each how many begin before it ends."""
-        self._low, self._high = self.lower[self._order], self.upper[self._order]
-        self._begins = np.ascontiguousarray(self._low[:, self._axis])
-        self._ends = np.searchsorted(self._begins, self._high[:, self._axis], side="right")
-        self._last_end = np.maximum.accumulate(self._high[:, self._axis])
+        self._boxes = Corners.of(self.lower[self._order], self.upper[self._order])
+        self._begins, ends = self._boxes.low[self._axis], self._boxes.high[self._axis]
+        self._ends = np.searchsorted(self._begins, ends, side="right")
+        self._last_end = np.maximum.accumulate(ends)
 
     def _updated(self, rows: Indices) -> None:  # noqa: ARG002
         """Sort again, beginning with the old order: what is nearly sorted is sorted in nearly linear time."""
@@ -60,16 +60,17 @@ class SortAndSweep(BroadPhase):
         for i, j in pieces(first[long], count[long]):
             yield self._order[np.flatnonzero(long)[i]], self._order[j]
         for begin in range(0, len(self), BLOCK):
-            some = np.arange(begin, min(begin + BLOCK, len(self)))
-            yield from self._block(some[~long[some]])
+            short = ~long[begin : begin + BLOCK]
+            if short.any():
+                yield from self._block(begin, short)
 
-    def _block(self, some: Indices) -> Candidates:
-        """Compare neighbours in the order with all that begin before the last of them ends."""
-        if len(some):
-            run = slice(int(some[0]), int(np.max(self._ends[some])))
-            i, j = np.nonzero(meet(self._low[some, None], self._high[some, None], self._low[run], self._high[run]))
-            later = some[i] < j + run.start
-            yield self._order[some[i[later]]], self._order[j[later] + run.start]
+    def _block(self, begin: int, short: Bools) -> Candidates:
+        """Compare neighbours in the order with all that begin before the last of those with short runs ends."""
+        some = slice(begin, begin + len(short))
+        run = slice(begin, int(np.max(self._ends[some][short])))
+        i, j = np.nonzero(all_meeting(self._boxes, some, self._boxes, run))
+        wanted = (i < j) & short[i]
+        yield self._order[i[wanted] + begin], self._order[j[wanted] + begin]
 
     def _near_boxes(self, lower: Array, upper: Array) -> Candidates:
         """Those that begin before the query ends, from the first on that may end after the query begins."""

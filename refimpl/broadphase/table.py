@@ -9,8 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from refimpl.broadphase.brute import BruteForce
+from refimpl.broadphase.bsptree import BSPTree
+from refimpl.broadphase.bvh import BVH
 from refimpl.broadphase.columns import ColumnSweep
 from refimpl.broadphase.grids import ArrayGrid, HashGrid
+from refimpl.broadphase.kdtree import KDTree
+from refimpl.broadphase.octree import Octree
 from refimpl.broadphase.protocol import BroadPhase
 from refimpl.broadphase.sweep import SortAndSweep
 
@@ -45,6 +49,10 @@ STRUCTURES: dict[str, Structure] = {
     "hash grid":      Structure(HashGrid,     "the same cells in a hash table",                          "a world without bounds; small moves, which change no cell",         "N log N; N + K"),
     "sort and sweep": Structure(SortAndSweep, "intervals sorted along one axis",                         "objects along a line, or in a plane if few; coherent motion",       "N log N; N^(2 − 1/d) + K"),
     "column sweep":   Structure(ColumnSweep,  "columns of a grid, sorted along the remaining axis",      "the default: everything moves at once, any place, mixed sizes",     "N log N; N log N + K"),
+    "octree":         Structure(Octree,       "cells halved along all axes; an object sinks to its size", "objects of all sizes and places; built faster than other trees",    "N log N; N log N + K"),
+    "BVH":            Structure(BVH,          "boxes around boxes, parted where they have least surface", "queries and rays; many small moves, which only refit the boxes",    "N log N; N log N + K"),
+    "k-d tree":       Structure(KDTree,       "halves of space, parted at the middle of the objects",     "nearest objects; bad where objects are large for their distances", "N log N; N log N + K"),
+    "BSP tree":       Structure(BSPTree,      "the same, parted by planes of any direction",              "rows and layers of objects that lie askew",                         "N log N; N log N + K"),
 }
 # fmt: on
 

@@ -1,13 +1,16 @@
-"""What all trees of boxes have in common: each object hangs in one leaf, and moving objects move the boxes around it."""
+"""What all trees of boxes have in common: queries go down the boxes, and moving objects move the boxes around them."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import Any
 
 import numpy as np
 
+from refimpl.broadphase.boxes import as_points
 from refimpl.broadphase.corners import Corners, meeting
 from refimpl.broadphase.hierarchy import Hierarchy
+from refimpl.broadphase.nearest import nearest, spans
 from refimpl.broadphase.protocol import BroadPhase, Candidates
 from refimpl.broadphase.slabs import rays_may_meet
 from refimpl.broadphase.surfaces import bounded, reach, surface
@@ -54,6 +57,32 @@ class BoxHierarchy(BroadPhase):
         self.refit()
         if np.max(self.tree.count, initial=0) > WORSE * self._fullest or self.cost() > WORSE * self._cost:
             self._rebuild()
+
+    def nearest(self, points: Any, count: int = 1) -> tuple[Array, Indices]:
+        """Distances and ids of the objects whose boxes are nearest to each of some points.
+
+        Parameters
+        ----------
+        points : (Q, D), finite
+            Within a box the distance is 0.
+        count : int, at least 1
+
+        Returns
+        -------
+        (Q, count), (Q, count)
+            Ascending; of equal distances the smaller id comes first. Where there are fewer objects than `count`, the
+            rest is infinite, with the id −1.
+        """
+        where = as_points(points, self.dimension)
+        if count < 1:
+            raise ValueError(f"nearest: count must be at least 1, got {count}")
+        exponent = max(reach(self.lower, self.upper), reach(where, where))
+        nodes, boxes = (c.in_units(exponent) for c in (self.tree.nodes, Corners.of(self.lower, self.upper)))
+        near = np.ldexp(where, -exponent)
+        found, rows = nearest(self.tree, nodes, near, count, lambda query, row: spans(near[query], boxes, row)[0])
+        with np.errstate(over="ignore"):
+            found = np.ldexp(found, exponent)
+        return found, np.where(rows < 0, -1, np.append(self.ids, -1)[rows])
 
     def _updated(self, rows: Indices) -> None:  # noqa: ARG002
         self._renewed()

@@ -128,7 +128,7 @@ class Scene:
     def boxes(self, claim: Boxes) -> None:
         """Learn how far all bounded atoms reach from their pivots, and how fast they swing."""
         self.reach: list[list[Reach | None]] = [
-            reaches(Union(parts), motion, given)  # type: ignore[arg-type]
+            reaches(Union(parts), motion, given)
             for parts, motion, given in zip(self.parts, self.courses, (claim.of_a, claim.of_b), strict=True)
         ]
 

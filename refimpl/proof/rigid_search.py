@@ -14,6 +14,7 @@ import numpy as np
 from refimpl.linear import Array
 from refimpl.motions import Motion
 from refimpl.proof.atoms import Atom, Directions, Unproven, atoms_of, near_pairs
+from refimpl.proof.certify import certify
 from refimpl.proof.claims import Claim, Part, Place, Separated, Split, Tree, Weights
 from refimpl.proof.convex import plain
 from refimpl.proof.planes import Planes
@@ -66,7 +67,7 @@ class RigidSearch:
         given = (boxes,) if boxes.of_a or boxes.of_b else ()
         found = sweep(*self.shapes, *self.motions)
         if found.hit and found.t == 0:
-            return (*given, *self._touch(0.0))
+            return (*given, *self._at_start())
         spans = self._spans(1.0 if not found.hit else float(found.t_lower), bool(found.hit))
         free = (Spans(tuple(spans), self._places()),) if spans else ()
         touch = self._touch(float(found.t)) if found.hit else ()
@@ -206,19 +207,25 @@ class RigidSearch:
 
     # --------------------------------------------------------------------------------------- contact
 
+    def _at_start(self) -> tuple[Touch, ...]:
+        """The claim that they overlap from the start."""
+        claims = (Touch(0.0, claim) for claim in certify(*self.shapes).claims)
+        return next(((claim,) for claim in claims if self._holds(claim)), ())
+
+    def _holds(self, claim: Touch) -> bool:
+        try:
+            self.scene.touch(claim)
+        except InvalidCertificate:
+            return False
+        return True
+
     def _touch(self, time: float) -> tuple[Touch, ...]:
         """The claim that they overlap at a time, or soon after."""
         for later in LATER:
             soon = min(time + later, 1.0)
             for claim in self._overlaps(soon):
-                found = Touch(soon, claim)
-                try:
-                    self.scene.touch(found)
-                except InvalidCertificate:
-                    continue
-                return (found,)
-            if time == 0:
-                break
+                if self._holds(found := Touch(soon, claim)):
+                    return (found,)
         return ()
 
     def _overlaps(self, time: float) -> Iterator[Claim]:
@@ -226,9 +233,8 @@ class RigidSearch:
         moment = self.moment(time)
         for i, j in self._deepest(time):
             atoms = self.atoms[0][i], self.atoms[1][j]
-            claim: Any = overlap(
-                atoms, moment.poses, [side.atoms[k] for side, k in zip(moment.sides, (i, j), strict=True)]
-            )
+            solids: Any = moment.sides[0].atoms[i], moment.sides[1].atoms[j]
+            claim: Any = overlap(atoms, moment.poses, solids)
             if claim is not None:
                 of = [None if len(self.atoms[side]) == 1 else k for side, k in enumerate((i, j))]
                 yield claim if of == [None, None] else Part(of[0], of[1], claim)
@@ -254,7 +260,7 @@ def _turnable(shape: Proxy) -> Proxy:
     """The same set of a type that can be turned, part by part."""
     if isinstance(shape, Composite):
         return Composite([_turnable(part) for part in shape.parts])
-    return shape if isinstance(shape, Polyhedron) else turnable(shape)  # type: ignore[no-any-return]
+    return shape if isinstance(shape, Polyhedron) else turnable(shape)
 
 
 def _vector(n: Any) -> Vector:

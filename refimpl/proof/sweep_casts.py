@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from refimpl.proof.bodies import Mix
 from refimpl.proof.exact import Vertex, smallest
@@ -28,6 +28,7 @@ NARROW = Fraction(1, 1 << 46)
 """Of the time from 0 to 1: an interval as narrow is narrow enough for round proxies."""
 STEPS = 250
 EARLY = Fraction(1, 1 << 80)  # of a time: so much before a graze there is a plane that leaves a gap until then
+MOST = 24  # points that are kept while the time stays what it is
 FINE = 120  # bits of the times at which features are asked for
 
 Ends = tuple[tuple[Vector, Mix], tuple[Vector, Mix]]
@@ -68,7 +69,8 @@ def approach(pairs: Pairs, path: Sequence[Vector], nearest: bool = False) -> Nea
     """Points of A ⊖ B whose hull comes near to a path, and a direction, from A ⊖ B to it, of a plane between them.
 
     The path is the hull of one or two points. The search of Gilbert, Johnson and Keerthi (1988) ends with the first
-    plane that leaves a gap, or, to find the `nearest` points of a polytope, when no plane leaves a wider one.
+    plane that leaves a gap, wider than what round proxies are drawn in; or, to find the `nearest` points of a polytope,
+    when no plane leaves a wider one.
     """
 
     def beyond(n: Vector) -> Vertex:
@@ -81,7 +83,8 @@ def approach(pairs: Pairs, path: Sequence[Vector], nearest: bool = False) -> Nea
         if not any(direction):
             return Near(simplex, weights, ZERO)
         new = beyond(opposite(direction))
-        if dot(direction, new.y) >= (dot(direction, simplex[0].y) if nearest else 1):
+        height = dot(direction, new.y)
+        if height >= dot(direction, simplex[0].y) if nearest else _is_beyond(direction, height, pairs.slack) > 0:
             return Near(simplex, weights, opposite(direction))
         simplex.append(new)
     raise Undecided
@@ -92,13 +95,16 @@ def flat(pairs: Pairs, narrow: Fraction = Fraction(0)) -> Contact | Miss:
     near = approach(pairs, [ZERO, pairs.way])
     if any(near.normal):
         return Miss(near.normal)
+    if not any(pairs.way):
+        return _inside(pairs)
     chosen = list({v.y: v for v in map(_itself, near.carriers)}.values())
     low, best = Fraction(-1), ZERO
     last: Fraction | None = None
     for _ in range(STEPS):
         time, across, found = entry([v.y for v in chosen], pairs.way)
         new = pairs.support(opposite(across))
-        bound = Fraction(dot(across, new.y), dot(across, pairs.way))
+        drawn = pairs.slack * root(Fraction(dot(across, across)))[1] if pairs.slack else 0
+        bound = Fraction(dot(across, new.y) - drawn) / dot(across, pairs.way)
         low, best = max((low, best), (bound, opposite(across)), key=lambda pair: pair[0])
         known = {v.y: v for v in chosen}
         held = [known[y] for y in found]
@@ -106,7 +112,7 @@ def flat(pairs: Pairs, narrow: Fraction = Fraction(0)) -> Contact | Miss:
             return _inside(pairs)
         if time - low <= narrow:
             return Contact(min(low, time), best, time, pairs.mean(held, shares_of(found, pairs.way)))
-        chosen = [*(held if last is None or time < last else chosen), new]
+        chosen = [*(held if last is None or time < last else chosen[-MOST:]), new]  # all of them, lest it goes round
         last = time
     raise Undecided
 
@@ -174,7 +180,7 @@ def rounded(pairs: Pairs, radius: Fraction) -> Contact | Miss:
     raise Undecided
 
 
-def _is_beyond(n: Vector, height: Fraction, room: Fraction) -> int:
+def _is_beyond(n: Vector, height: Any, room: Any) -> int:
     """Sign of how much farther than `room` along a direction a plane is, whose height is given in its length."""
     if height < 0 or not any(n):
         return -1

@@ -127,7 +127,7 @@ def _at_start(start: Certificate) -> tuple[Claim, ...]:
 
 def _staying(start: Certificate, way: Vector) -> Clear | None:
     """A plane that keeps the proxies apart at the start, and from which they move away."""
-    for claim in start.claims:
+    for claim in start.claims if start.lower > 0 else ():
         if isinstance(claim, Separated) and dot(exact(claim.n), way) >= 0:
             return Clear(claim)
         if isinstance(claim, Cover) and not any(way):

@@ -54,7 +54,8 @@ class Turning:
 
     def __getitem__(self, index: Any) -> Turning:
         """Bodies at `index`."""
-        return Turning(*(x[index] for x in (self.shape, self.motion, self.reach, self.swing, self.size)))
+        chosen = self.reach[index], self.swing[index], self.size[index]
+        return Turning(self.shape[index], self.motion[index], *chosen)
 
     def __len__(self) -> int:
         return len(self.reach)

@@ -26,12 +26,13 @@ def first_contact(kind: str, start: Points, end: Points) -> mpf | None:
     """First time in [0, 1] of a contact, or None; `kind` is "vertex-face" or "edge-edge"."""
     with mp.workdps(DIGITS):
         for time in sorted(set(_candidates(kind, start, end))):
-            if distance(kind, [_at(p, q, time) for p, q in zip(start, end, strict=True)]) < ZERO:
+            if distance(kind, [placed(p, q, time) for p, q in zip(start, end, strict=True)]) < ZERO:
                 return time
     return None
 
 
-def _at(p: Sequence[Any], q: Sequence[Any], time: Any) -> list[Any]:
+def placed(p: Sequence[Any], q: Sequence[Any], time: Any) -> list[Any]:
+    """A moving point at a time: exactly, at a rational one."""
     if isinstance(time, Fraction):
         return [Fraction(x) + time * (Fraction(y) - Fraction(x)) for x, y in zip(p, q, strict=True)]
     return [real(Fraction(x)) + time * real(Fraction(y) - Fraction(x)) for x, y in zip(p, q, strict=True)]
@@ -46,7 +47,7 @@ def _candidates(kind: str, start: Points, end: Points) -> Iterator[mpf]:
 
     @cache
     def points(t: Fraction) -> list[list[Fraction]]:
-        return [_at(p, q, t) for p, q in zip(start, end, strict=True)]
+        return [placed(p, q, t) for p, q in zip(start, end, strict=True)]
 
     def volume(t: Fraction) -> Fraction:
         a, b, c, d = points(t)

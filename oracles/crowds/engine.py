@@ -1,0 +1,43 @@
+"""What an engine's broad phase has to be asked, and what it says of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import ClassVar
+
+import numpy as np
+
+from oracles.crowds.boxes import BoxCrowd, Pair
+from refimpl.linear import Bools
+
+
+class BroadPhaseEngine:
+    """A broad phase under judgement.
+
+    Attributes
+    ----------
+    calls : str
+        The functions of the engine that answer.
+    margin : float
+        Length by which it declares its boxes to be larger than the bodies', both sides together. Pairs that are named
+        though their boxes are farther apart are false alarms.
+    margin_why : str
+    closed : bool
+        Whether it promises pairs whose boxes only touch, where no side of a box has to be rounded.
+    limit : str
+        Sentence on the bodies about which it promises nothing, if there are any.
+    """
+
+    calls: ClassVar[str]
+    margin: ClassVar[float] = 0.0
+    margin_why: ClassVar[str] = "it declares none"
+    closed: ClassVar[bool] = False
+    limit: ClassVar[str] = ""
+
+    def pairs(self, crowd: BoxCrowd) -> Iterable[Pair]:
+        """Pairs of bodies that the engine says may touch, in any order, each once or more."""
+        raise NotImplementedError
+
+    def beyond_limit(self, crowd: BoxCrowd) -> Bools:
+        """Which bodies (n,) the `limit` is about."""
+        return np.zeros(len(crowd), dtype=bool)

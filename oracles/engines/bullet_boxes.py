@@ -1,0 +1,53 @@
+"""Bullet's broad phase: `getOverlappingObjects` around each body's `getAABB`.
+
+Measured on PyBullet 3.2.7: the tree's boxes are those of the shapes, to the last bits, until a body is moved; then they
+are larger by the contact breaking threshold and by what the tree adds so that it need not be changed at every step.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from oracles.crowds.boxes import BoxCrowd, Pair
+from oracles.crowds.engine import BroadPhaseEngine
+from oracles.engines.bullet_shapes import BOX, SPHERE, UPRIGHT, Placed
+from oracles.engines.bullet_world import World
+from refimpl.linear import Bools
+
+LARGEST = 1e6
+"""Diagonal of a box from which on Bullet does not follow a body that moves."""
+
+
+class BulletCrowds(BroadPhaseEngine):
+    """One world for each crowd."""
+
+    calls: ClassVar[str] = "getOverlappingObjects(*getAABB(body)) for every body"
+    margin: ClassVar[float] = 0.02 + 0.05
+    margin_why: ClassVar[str] = "the contact breaking threshold of 0.02, and 0.05 for boxes that have moved in the tree"
+    limit: ClassVar[str] = (
+        "Bullet does not follow a body that can move and whose bounding box has a diagonal of 1e6 or more: it stays in "
+        'the broad phase where it was ("overflow in AABB")'
+    )
+
+    def __init__(self) -> None:
+        self._world: World | None = None
+
+    def pairs(self, crowd: BoxCrowd) -> list[Pair]:
+        """Pairs of which one is found around the other."""
+        self._world = self._world or World()
+        self._world.scenes_left = 0  # a crowd is a world of its own
+        places = crowd.before.tolist()
+        shapes = [
+            Placed(SPHERE, {"radius": half[0]}, place, UPRIGHT)
+            if ball
+            else Placed(BOX, {"halfExtents": half}, place, UPRIGHT)
+            for ball, half, place in zip(crowd.balls.tolist(), crowd.half.tolist(), places, strict=True)
+        ]
+        return self._world.overlapping(shapes, crowd.center.tolist() if crowd.moved else None)
+
+    def beyond_limit(self, crowd: BoxCrowd) -> Bools:
+        """Bodies that are too large, where any are moved."""
+        diagonal = 2 * np.sqrt(np.sum(crowd.half**2, axis=1))
+        return np.asarray((diagonal >= LARGEST * (1 - 1e-9)) & crowd.moved)

@@ -1,0 +1,115 @@
+"""Broad phases in a report: crowds of N bodies, which pairs an engine had to name, and what it left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from oracles.crowds.boxes import REGIMES
+from oracles.crowds.judging import CrowdCount, Witness
+from oracles.outcome import Run
+from reports import text
+from reports.tables import Column, Entry, Table
+
+WHAT = (
+    "Crowds of boxes and balls, as they are and after bodies were moved. A broad phase has to name every pair whose "
+    "bounding boxes overlap; a pair that it leaves out is wrong, proven by a point of both boxes. A pair that it names "
+    "though the boxes are apart is no error but costs time: a false alarm, where they are farther apart than the "
+    "margin that the engine declares."
+)
+COLUMNS: tuple[tuple[str, str], ...] = (
+    ("crowds", "crowds"),
+    ("bodies", "bodies"),
+    ("pairs to name", "pairs"),
+    ("missing", "missing"),
+    ("missing beyond its limit", "beyond_limit"),
+    ("touching", "close"),
+    ("named though apart", "extra"),
+    ("false alarms", "false_alarms"),
+    ("lost", "lost"),
+)
+
+
+def matrix(run: Run) -> Table:
+    """Regimes by engines; no rows where no broad phase was asked."""
+    engines = list(dict.fromkeys(count.engine for count in run.crowds))
+    found = {(count.regime, count.engine): count for count in run.crowds}
+    rows = []
+    for regime in dict.fromkeys(count.regime for count in run.crowds):
+        why = REGIMES.get(regime.split(",")[0])
+        entries = (_state(found.get((regime, engine))) for engine in engines)
+        rows.append((Entry(text.visible(regime), title=why.why if why else ""), *entries))
+    columns = (Column("crowd"), *(Column(text.visible(engine)) for engine in engines))
+    return Table("Broad phase: pairs that had to be named, by regime and engine", columns, tuple(rows))
+
+
+def _state(count: CrowdCount | None) -> Entry:
+    if count is None:
+        return Entry("not asked", state="none")
+    alarms = f"{text.plural(count.false_alarms, 'false alarm')}" if count.false_alarms else ""
+    of_all = text.count(count.pairs)
+    if count.lost:
+        said = f"✗ {text.count(count.lost)} of {text.plural(count.crowds, 'crowd')} lost"
+        return Entry(said, "; ".join(map(text.visible, count.errors)), "crashed")
+    if count.missing:
+        return Entry(f"✗ {text.count(count.missing)} of {of_all} missing", alarms, "wrong")
+    if count.beyond_limit:
+        limit = f"{text.count(count.beyond_limit)} missing beyond its limit"
+        return Entry(f"≈ {of_all}", "; ".join(filter(None, (limit, alarms))), "convention")
+    return Entry(f"✓ {of_all}", alarms, "ok") if count.pairs else Entry(f"? {text.count(count.close)} touching", alarms)
+
+
+def counts(run: Run) -> Table:
+    """Everything that was counted, one row for each engine."""
+    rows = []
+    for engine in dict.fromkeys(count.engine for count in run.crowds):
+        mine = [count for count in run.crowds if count.engine == engine]
+        sums = [sum(getattr(count, name) for count in mine) for _, name in COLUMNS]
+        entries = [
+            Entry(text.count(n), state="wrong" if n and name in ("missing", "lost") else "")
+            for (_, name), n in zip(COLUMNS, sums, strict=True)
+        ]
+        named = mine[0]
+        promise = f"{named.calls}; margin {text.short(named.margin)}: {named.margin_why}"
+        limit = f". {named.limit}" if named.limit else ""
+        rows.append((Entry(text.visible(engine)), *entries, Entry(text.visible(promise + limit, 1000))))
+    columns = (Column("engine"), *(Column(title, True) for title, _ in COLUMNS), Column("asked by, and what it says"))
+    return Table("Broad phase: everything that was counted", columns, tuple(rows))
+
+
+def witnesses(run: Run) -> Table:
+    """Of each engine and regime with a missing pair, a small crowd that shows it, with what is proven."""
+    rows = []
+    for count in run.crowds:
+        if count.witness is None:
+            continue
+        which = Entry(f"{text.visible(count.engine)} · {text.visible(count.regime)}")
+        said = Entry("missing", state="wrong") if count.missing else Entry("beyond its limit", state="convention")
+        rows.append((which, said, Entry(_overlap(count.witness)), Entry("; ".join(_bodies(count.witness)))))
+    columns = (Column("engine · crowd"), Column("pair 0, 1"), Column("proven"), Column("bodies"))
+    return Table("Missing pairs, each in the smallest crowd found", columns, tuple(rows))
+
+
+def _overlap(witness: Witness) -> str:
+    return f"bounding boxes overlap by {text.short(witness.depth)} along every axis, or more"
+
+
+def _bodies(witness: Witness) -> Iterator[str]:
+    """Each body as it is written in Python, and where it was before."""
+    crowd = witness.crowd
+    for number in range(len(crowd)):
+        center, half, before = (column[number].tolist() for column in (crowd.center, crowd.half, crowd.before))
+        shape = f"Sphere({center}, {half[0]})" if crowd.balls[number] else f"Box({center}, {half}, [0, 0, 0, 1])"
+        yield shape + (f" moved there from {before}" if before != center else "")
+
+
+def shown(run: Run) -> tuple[Table, ...]:
+    """Tables of the section, none where no broad phase was asked."""
+    if not run.crowds:
+        return ()
+    found = witnesses(run)
+    return (matrix(run), counts(run), *([found] if found.rows else []))
+
+
+def failures(run: Run) -> list[CrowdCount]:
+    """Where an engine broke its promise."""
+    return [count for count in run.crowds if count.wrong]

@@ -1,0 +1,308 @@
+"""Broad phases under judgement: a pair that is left out is proven missing, and a wrong engine is caught."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from typing import ClassVar
+
+import jsonschema
+import numpy as np
+import pytest
+
+from oracles.crowds.asking import Answer, ask
+from oracles.crowds.boxes import REGIMES, BoxCrowd, Pair, crowds
+from oracles.crowds.engine import BroadPhaseEngine
+from oracles.crowds.judging import CrowdCount, judged
+from oracles.engines import load_engine
+from oracles.outcome import Run
+from refimpl.proof import check
+from reports import broad_phase, html, markdown
+from reports.broad_phase_data import crowd_data, crowd_from
+from reports.reading import NoReport, run_from_data
+from reports.running import FINISHED, INCOMPLETE, exit_status
+from reports.summary import report_data, report_json, schema
+
+COUNT = 24
+
+
+def overlap(crowd: BoxCrowd, i: int, j: int) -> Fraction:
+    """By how much two boxes overlap along the axis on which they do least, exactly."""
+    c, h = ([[Fraction(x) for x in row] for row in column.tolist()] for column in (crowd.center, crowd.half))
+    return min(h[i][k] + h[j][k] - abs(c[i][k] - c[j][k]) for k in range(3))
+
+
+class Exact(BroadPhaseEngine):
+    """Right: closed boxes, side by side."""
+
+    calls: ClassVar[str] = "exact"
+    closed: ClassVar[bool] = True
+
+    def pairs(self, crowd: BoxCrowd) -> Iterable[Pair]:
+        named = self.meet(crowd, crowd.center - crowd.half, crowd.center + crowd.half)
+        return [(i, j) for i, j in np.argwhere(named).tolist() if i < j]
+
+    def meet(self, crowd: BoxCrowd, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+        return np.all((lower[:, None] <= upper[None]) & (lower[None] <= upper[:, None]), axis=-1)
+
+
+class HalfOpen(Exact):
+    """Wrong: boxes that only touch are no pair."""
+
+    def meet(self, crowd: BoxCrowd, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+        return np.all((lower[:, None] < upper[None]) & (lower[None] < upper[:, None]), axis=-1)
+
+
+class OneAxisLess(Exact):
+    """Slow, not wrong: the third axis is never looked at."""
+
+    def meet(self, crowd: BoxCrowd, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+        return super().meet(crowd, lower[:, :2], upper[:, :2])
+
+
+class NextCellOnly(Exact):
+    """Wrong: of a grid, only the body's own cell and the next ones above are looked at, not those below."""
+
+    def meet(self, crowd: BoxCrowd, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+        cell = np.floor(crowd.center / (2 * crowd.half.max()))
+        steps = cell[None] - cell[:, None]
+        return super().meet(crowd, lower, upper) & np.all((steps >= 0) & (steps <= 1), axis=-1)
+
+
+class NotUpdated(Exact):
+    """Wrong: bodies that were moved are looked for where they were."""
+
+    def meet(self, crowd: BoxCrowd, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+        return super().meet(crowd, crowd.before - crowd.half, crowd.before + crowd.half)
+
+
+class OnlyInCrowds(Exact):
+    """Wrong: a pair is lost whenever three further bodies are there that begin to the left of it."""
+
+    def meet(self, crowd: BoxCrowd, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+        x = crowd.center[:, 0]
+        first = np.minimum(x[:, None], x[None])
+        return super().meet(crowd, lower, upper) & (np.sum(x < first[..., None], axis=-1) < 3)
+
+
+class Limited(NotUpdated):
+    """The same, and it says so."""
+
+    limit: ClassVar[str] = "nothing that moves is followed"
+
+    def beyond_limit(self, crowd: BoxCrowd) -> np.ndarray:
+        return np.any(crowd.before != crowd.center, axis=1)
+
+
+@pytest.fixture(scope="module")
+def made() -> list[BoxCrowd]:
+    return crowds(0, COUNT)
+
+
+def verdicts(solver: BroadPhaseEngine, made: Sequence[BoxCrowd]) -> dict[str, CrowdCount]:
+    def asker(some: Sequence[BoxCrowd]) -> list[Answer]:
+        return [Answer(frozenset((min(p), max(p)) for p in solver.pairs(crowd))) for crowd in some]
+
+    return {count.regime: count for count in judged("planted", solver, made, asker(made), asker)}
+
+
+def test_crowds_are_what_their_regimes_say(made: list[BoxCrowd]) -> None:
+    assert len(made) == 2 * len(REGIMES)
+    for crowd in made:
+        assert crowd.moved == crowd.regime.endswith("moved")
+        assert len(np.unique(crowd.center, axis=0)) == len(crowd) == COUNT
+        assert np.all(crowd.half > 0)
+        assert np.all(crowd.half[crowd.balls] == crowd.half[crowd.balls][:, :1])
+    again = crowds(0, COUNT)
+    assert all(
+        np.array_equal(a.center, b.center) and np.array_equal(a.before, b.before)
+        for a, b in zip(made, again, strict=True)
+    )
+    assert not np.array_equal(crowds(1, COUNT)[0].center, made[0].center)
+
+
+def test_an_exact_broad_phase_is_found_right(made: list[BoxCrowd]) -> None:
+    found = verdicts(Exact(), made)
+    assert not any(count.wrong or count.extra or count.false_alarms or count.witness for count in found.values())
+    assert all(count.pairs for regime, count in found.items() if not regime.startswith("flat"))
+    assert found["stacked"].pairs > 50  # touching exactly, where nothing is rounded
+
+
+def test_depths_are_those_of_rational_numbers(made: list[BoxCrowd]) -> None:
+    for crowd in made:
+        depths, slack = crowd.depths(), crowd.slack()
+        for i, j in ((0, 1), (2, 9), (5, 17)):
+            assert abs(Fraction(float(depths[i, j])) - overlap(crowd, i, j)) <= Fraction(float(slack[i, j])) / 4
+
+
+@pytest.mark.parametrize(
+    ("solver", "regime"),
+    [(HalfOpen(), "stacked"), (NextCellOnly(), "thrown"), (NotUpdated(), "thrown, moved"), (OnlyInCrowds(), "thrown")],
+    ids=lambda value: type(value).__name__,
+)
+def test_a_broad_phase_that_misses_pairs_is_caught(solver: BroadPhaseEngine, regime: str, made: list[BoxCrowd]) -> None:
+    count = verdicts(solver, [crowd for crowd in made if crowd.regime == regime])[regime]
+    assert count.missing
+    assert count.wrong
+    witness = count.witness
+    assert witness is not None
+    i, j = witness.pair
+    assert len(witness.crowd) == (5 if isinstance(solver, OnlyInCrowds) else 2)
+    assert witness.pair not in {(min(p), max(p)) for p in solver.pairs(witness.crowd)}
+    proven = -check(witness.certificate, witness.crowd.box(i), witness.crowd.box(j))[1]
+    assert overlap(witness.crowd, i, j) >= proven >= witness.depth >= 0
+    assert max(len(repr(x)) for x in witness.crowd.center.ravel().tolist()) < 8 or isinstance(solver, NextCellOnly)
+
+
+def test_one_axis_less_is_slow_and_not_wrong(made: list[BoxCrowd]) -> None:
+    found = verdicts(OneAxisLess(), made)
+    assert not any(count.wrong for count in found.values())
+    assert found["thrown"].false_alarms == found["thrown"].extra > 10
+    assert found["thrown"].widest > 0.5
+
+
+def test_a_declared_margin_makes_extra_pairs_no_false_alarms(made: list[BoxCrowd]) -> None:
+    class Wide(OneAxisLess):
+        margin: ClassVar[float] = 100.0
+
+    count = verdicts(Wide(), made)["thrown"]
+    assert count.extra > 10
+    assert count.false_alarms == 0
+
+
+def test_what_a_limit_is_about_is_counted_apart(made: list[BoxCrowd]) -> None:
+    count = verdicts(Limited(), made)["thrown, moved"]
+    assert count.missing == 0
+    assert count.beyond_limit > 3
+    assert not count.wrong
+    assert count.witness is not None
+
+
+def test_lost_crowds_are_wrong_and_say_why(made: list[BoxCrowd]) -> None:
+    answers = [Answer(lost="the engine's process was ended by SIGSEGV")] * len(made)
+    found = judged("planted", Exact(), made, answers, lambda some: answers[: len(some)])
+    assert all(count.lost == 1 and count.wrong and "SIGSEGV" in count.errors[0] for count in found)
+
+
+# -- real engines, in processes of their own --------------------------------------------------------------------
+
+PLANTED = """
+import os, time
+from oracles.crowds.engine import BroadPhaseEngine
+from tests.reference_engine import Reference
+
+class Moody(BroadPhaseEngine):
+    calls = "none"
+    def pairs(self, crowd):
+        print("noise that is no answer")
+        if crowd.regime == "crash":
+            os.abort()
+        if crowd.regime == "raise":
+            raise RuntimeError("not today")
+        if crowd.regime == "nobody":
+            return [(0, 99)]
+        return [(1, 0), (0, 1), (1, 1)]
+
+class Engine(Reference):
+    def broad_phase(self):
+        return Moody()
+"""
+
+
+def test_an_engine_that_crashes_loses_one_crowd_only(made: list[BoxCrowd], tmp_path) -> None:
+    path = tmp_path / "moody.py"
+    path.write_text(PLANTED, encoding="utf-8")
+    small = made[0].some(np.arange(3))
+    asked = [dataclasses.replace(small, regime=name) for name in ("fine", "raise", "crash", "nobody", "fine")]
+    fine, raised, crashed, nobody, last = ask(f"{path}:Engine", asked)
+    assert fine == last == Answer(frozenset({(0, 1)}))
+    assert raised.lost == "RuntimeError: not today"
+    assert "SIGABRT" in crashed.lost
+    assert nobody.lost == "a pair of bodies that are none"
+
+
+@pytest.mark.parametrize("name", ["fcl", "bullet"])
+def test_shipped_engines_miss_nothing_that_they_promise(name: str, made: list[BoxCrowd]) -> None:
+    pytest.importorskip({"fcl": "fcl", "bullet": "pybullet"}[name])
+    solver = load_engine(name).broad_phase()
+    assert solver is not None
+    answers = ask(name, made)
+    found = {c.regime: c for c in judged(name, solver, made, answers, lambda some: [Answer()] * len(some))}
+    assert not any(count.wrong for count in found.values())
+    assert sum(count.pairs for count in found.values()) > 300
+    if name == "fcl":
+        assert not any(count.extra for count in found.values())
+        assert found["stacked"].pairs > 50
+    else:  # see oracles.engines.bullet_boxes
+        assert found["huge, moved"].beyond_limit
+        assert not any(count.beyond_limit for regime, count in found.items() if regime != "huge, moved")
+        assert not any(count.false_alarms for regime, count in found.items() if regime != "huge, moved")
+
+
+# -- the report --------------------------------------------------------------------------------------------------
+
+
+def bare_run() -> Run:
+    return Run(seed=0, budget=1.0, started="2026-03-04T05:06:07Z", engines=["planted", "limited"])
+
+
+@pytest.fixture(scope="module")
+def run(made: list[BoxCrowd]) -> Run:
+    found = bare_run()
+    some = [crowd for crowd in made if crowd.regime in ("thrown", "thrown, moved", "stacked")]
+    found.crowds = [*verdicts(NotUpdated(), some).values()]
+    found.crowds += [dataclasses.replace(count, engine="limited") for count in verdicts(Limited(), some).values()]
+    return found
+
+
+def test_reports_show_matrix_counts_and_witness(run: Run) -> None:
+    texts = markdown.render(run), html.render(run)
+    missing = next(count for count in run.crowds if count.missing)
+    for page in texts:
+        assert "Broad phase" in page
+        assert f"✗ {missing.missing} of {missing.pairs} missing" in page
+        assert "missing beyond its limit" in page
+        assert "nothing that moves is followed" in page
+        assert "moved there from" in page
+    assert broad_phase.shown(bare_run()) == ()
+    assert 'id="broad-phase"' not in html.render(bare_run())
+
+
+def test_a_missing_pair_makes_the_run_fail(run: Run) -> None:
+    fine = bare_run()
+    assert exit_status(fine) == FINISHED
+    fine.crowds = [count for count in run.crowds if not count.wrong]
+    assert any(count.beyond_limit for count in fine.crowds)
+    assert exit_status(fine) == FINISHED
+    fine.crowds = run.crowds
+    assert exit_status(fine) == INCOMPLETE
+
+
+def test_the_report_as_data_fits_its_schema_and_reads_back(run: Run) -> None:
+    data = json.loads(report_json(run))
+    jsonschema.validate(data, json.loads(schema()))
+    back = run_from_data(data)
+    assert [crowd_data(count) for count in back.crowds] == [crowd_data(count) for count in run.crowds]
+    old = {name: value for name, value in data.items() if name != "crowds"}
+    assert run_from_data(old).crowds == []
+
+
+@pytest.mark.parametrize("damage", ["depth", "pair", "half", "number"])
+def test_a_witness_that_does_not_prove_its_pair_is_refused(run: Run, damage: str) -> None:
+    data = json.loads(json.dumps(report_data(run)))
+    one = next(item for item in data["crowds"] if item["witness"])
+    witness = one["witness"]
+    if damage == "depth":
+        witness["depth"] *= 1.01
+    elif damage == "pair":
+        witness["pair"] = [0, 7]
+    elif damage == "half":
+        witness["crowd"]["half"] = [[0.01] * 3] * len(witness["crowd"]["half"])
+    else:
+        one["missing"] = "many"
+    with pytest.raises((ValueError, LookupError, TypeError)):
+        crowd_from(one)
+    with pytest.raises(NoReport, match="damaged"):
+        run_from_data(data)
