@@ -26,6 +26,7 @@ from refimpl.proof import (
 )
 from refimpl.proof.claims import Place, Simple, Tree
 from refimpl.proof.impacts import ImpactCertificate, Residuals
+from refimpl.proof.rigid import Spans, Touch
 from refimpl.proof.vectors import Vector
 from reports import text
 
@@ -77,9 +78,16 @@ def _of_sweep(claim: object) -> str:
                 f"{_place(claim.a)} of A and {_place(claim.b)} of B, at the start, are in one place at "
                 f"t = {_v(claim.time)}: the contact is no later."
             )
+        case Spans():
+            spans = text.plural(len(claim.spans), "span")
+            return (
+                f"In {spans} of time, planes between the two leave gaps at both ends that no turning can close between."
+            )
+        case Touch():
+            return f"At t = {_v(claim.time)}, where both then are: {claim_in_words(claim.claim)}"
         case _ if isinstance(claim, get_args(Claim)):
             return f"At the start: {claim_in_words(claim)}"
-    return f"A claim about bodies that turn: {type(claim).__name__}."
+    return "Boxes around the parts bound how far any point of them moves by turning."
 
 
 RESIDUALS = (
