@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from refimpl.impacts.bodies import RigidBody
 from refimpl.linear import Array, Bools, apply, as_floats, quaternion_product, rotation_matrix, scale
@@ -18,7 +18,7 @@ from refimpl.volumes import bounding_volume, require_around
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Body:
     """What can collide: a collider with a bounding volume around it, where it is, and how it moves.
 
@@ -34,7 +34,7 @@ class Body:
     velocity, angular_velocity : (3,)
         Of the centre of mass; in the axes of the world, radians / time.
     mass : float
-        Positive; infinite for a static body, which no impulse moves.
+        Positive; infinite for a static body, which no impulse moves: it keeps its velocities.
     matter : MassProperties, optional
         Over what the mass is spread, in the same frame; evenly over the collider, if nothing else is given.
 
@@ -45,27 +45,46 @@ class Body:
     """
 
     collider: Proxy
-    volume: Proxy = None  # type: ignore[assignment]  # filled in below
-    position: Any = (0.0, 0.0, 0.0)
-    rotation: Any = IDENTITY
-    velocity: Any = (0.0, 0.0, 0.0)
-    angular_velocity: Any = (0.0, 0.0, 0.0)
-    mass: float = np.inf
-    matter: MassProperties | None = None
+    volume: Proxy
+    position: Array
+    rotation: Array
+    velocity: Array
+    angular_velocity: Array
+    mass: float
+    matter: MassProperties | None
 
-    def __post_init__(self) -> None:
-        if not (isinstance(self.collider, Proxy) and self.collider.is_solid and not self.collider.batch_shape):
-            raise ShapeError(f"Body.collider: expected a single solid, got {self.collider!r}")
-        if not self.mass > 0:
-            raise ShapeError(f"Body.mass must be positive, or infinite for a static body, got {self.mass!r}")
-        for name, size in (("position", 3), ("rotation", 4), ("velocity", 3), ("angular_velocity", 3)):
-            value = as_floats(getattr(self, name))
-            if value.shape != (size,) or not np.all(np.isfinite(value)) or (name == "rotation" and not value.any()):
-                raise ShapeError(f"Body.{name}: expected {size} finite numbers, got {getattr(self, name)!r}")
+    def __init__(
+        self,
+        collider: Proxy,
+        volume: Proxy | None = None,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike = IDENTITY,
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        mass: float = np.inf,
+        matter: MassProperties | None = None,
+    ) -> None:
+        if not (isinstance(collider, Proxy) and collider.is_solid and not collider.batch_shape):
+            raise ShapeError(f"Body.collider: expected a single solid, got {collider!r}")
+        if not mass > 0:
+            raise ShapeError(f"Body.mass must be positive, or infinite for a static body, got {mass!r}")
+        around = bounding_volume(collider) if volume is None else volume
+        require_around(around, collider)
+        vectors = {
+            "position": _finite("position", position, 3),
+            "rotation": _finite("rotation", rotation, 4),
+            "velocity": _finite("velocity", velocity, 3),
+            "angular_velocity": _finite("angular_velocity", angular_velocity, 3),
+        }
+        for name, value in {"collider": collider, "volume": around, **vectors, "mass": mass, "matter": matter}.items():
             object.__setattr__(self, name, value)
-        if self.volume is None:
-            object.__setattr__(self, "volume", bounding_volume(self.collider))
-        require_around(self.volume, self.collider)
+
+
+def _finite(name: str, given: ArrayLike, size: int) -> Array:
+    value = as_floats(given)
+    if value.shape != (size,) or not np.all(np.isfinite(value)) or (name == "rotation" and not value.any()):
+        raise ShapeError(f"Body.{name}: expected {size} finite numbers, got {given!r}")
+    return value
 
 
 @dataclass

@@ -86,7 +86,8 @@ class World:
 
     Notes
     -----
-    Two static bodies never collide. The box of a body without end (a half-space) is infinite.
+    Two static bodies never collide; one that has a velocity moves with it, whatever it meets. The box of a body without
+    end (a half-space) is infinite.
     """
 
     def __init__(
@@ -192,10 +193,11 @@ class World:
         return every * (every - 1) // 2 - static * (static - 1) // 2
 
     def _moved(self) -> None:
-        """Tell the broad phase where the dynamic bodies are."""
-        dynamic = np.flatnonzero(self.state.movable)
-        if len(dynamic):
-            self._broad.update(dynamic, self._lower[dynamic], self._upper[dynamic])
+        """Tell the broad phase where the bodies are that can have moved: a static one moves if it has a velocity."""
+        told = np.any((self.state.velocity != 0) | (self.state.spin != 0), axis=1)
+        ids = np.flatnonzero(self.state.movable | told)
+        if len(ids):
+            self._broad.update(ids, self._lower[ids], self._upper[ids])
 
     def _place(self) -> None:
         """Put colliders, their boxes and volumes where the bodies are."""

@@ -14,7 +14,8 @@ WHAT = (
     "Crowds of boxes and balls, as they are and after bodies were moved. A broad phase has to name every pair whose "
     "bounding boxes overlap; a pair that it leaves out is wrong, proven by a point of both boxes. A pair that it names "
     "though the boxes are apart is no error but costs time: a false alarm, where they are farther apart than the "
-    "margin that the engine declares."
+    "margin that the engine declares. Where the engine finds nearest pairs, it is asked for one in the same crowd with "
+    "bodies of an eighth of the size, and no other may be nearer."
 )
 COLUMNS: tuple[tuple[str, str], ...] = (
     ("crowds", "crowds"),
@@ -25,6 +26,8 @@ COLUMNS: tuple[tuple[str, str], ...] = (
     ("touching", "close"),
     ("named though apart", "extra"),
     ("false alarms", "false_alarms"),
+    ("nearest pair asked", "nearest"),
+    ("not the nearest", "not_nearest"),
     ("lost", "lost"),
 )
 
@@ -50,6 +53,9 @@ def _state(count: CrowdCount | None) -> Entry:
     if count.lost:
         said = f"✗ {text.count(count.lost)} of {text.plural(count.crowds, 'crowd')} lost"
         return Entry(said, "; ".join(map(text.visible, count.errors)), "crashed")
+    if count.not_nearest:
+        said = f"✗ {text.count(count.not_nearest)} of {text.plural(count.nearest, 'nearest pair')} wrong"
+        return Entry(said, f"{text.count(count.missing)} of {of_all} missing", "wrong")
     if count.missing:
         return Entry(f"✗ {text.count(count.missing)} of {of_all} missing", alarms, "wrong")
     if count.beyond_limit:
@@ -65,7 +71,7 @@ def counts(run: Run) -> Table:
         mine = [count for count in run.crowds if count.engine == engine]
         sums = [sum(getattr(count, name) for count in mine) for _, name in COLUMNS]
         entries = [
-            Entry(text.count(n), state="wrong" if n and name in ("missing", "lost") else "")
+            Entry(text.count(n), state="wrong" if n and name in ("missing", "not_nearest", "lost") else "")
             for (_, name), n in zip(COLUMNS, sums, strict=True)
         ]
         named = mine[0]

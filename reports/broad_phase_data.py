@@ -10,7 +10,19 @@ from refimpl.proof import check
 from refimpl.proof.wire import certificate_to_json, from_json
 
 TEXTS = ("engine", "regime", "calls", "margin_why", "limit")
-WHOLE = ("crowds", "bodies", "pairs", "missing", "beyond_limit", "close", "extra", "false_alarms", "lost")
+WHOLE = (
+    "crowds",
+    "bodies",
+    "pairs",
+    "missing",
+    "beyond_limit",
+    "close",
+    "extra",
+    "false_alarms",
+    "nearest",
+    "not_nearest",
+    "lost",
+)
 
 
 def crowd_data(count: CrowdCount) -> dict[str, Any]:

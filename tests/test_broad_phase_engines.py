@@ -6,18 +6,27 @@ import dataclasses
 import json
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from pathlib import Path
+from types import SimpleNamespace
 from typing import ClassVar
 
 import jsonschema
 import numpy as np
 import pytest
 
+from oracles import plan
+from oracles.buckets import Buckets
+from oracles.campaign import Campaign
 from oracles.crowds.asking import Answer, ask
 from oracles.crowds.boxes import REGIMES, BoxCrowd, Pair, crowds
 from oracles.crowds.engine import BroadPhaseEngine
 from oracles.crowds.judging import CrowdCount, judged
 from oracles.engines import load_engine
+from oracles.filing import Filing
+from oracles.ledger import Ledger
+from oracles.opening import wanted_pairs
 from oracles.outcome import Run
+from oracles.tasks import CrowdTask, Task
 from refimpl.proof import check
 from reports import broad_phase, html, markdown
 from reports.broad_phase_data import crowd_data, crowd_from
@@ -28,10 +37,15 @@ from reports.summary import report_data, report_json, schema
 COUNT = 24
 
 
+def axes_of(crowd: BoxCrowd, i: int, j: int) -> list[Fraction]:
+    """By how much two boxes overlap along each axis, exactly."""
+    c, h = ({n: [Fraction(x) for x in column[n].tolist()] for n in (i, j)} for column in (crowd.center, crowd.half))
+    return [h[i][k] + h[j][k] - abs(c[i][k] - c[j][k]) for k in range(3)]
+
+
 def overlap(crowd: BoxCrowd, i: int, j: int) -> Fraction:
-    """By how much two boxes overlap along the axis on which they do least, exactly."""
-    c, h = ([[Fraction(x) for x in row] for row in column.tolist()] for column in (crowd.center, crowd.half))
-    return min(h[i][k] + h[j][k] - abs(c[i][k] - c[j][k]) for k in range(3))
+    """The same along the axis on which they overlap least."""
+    return min(axes_of(crowd, i, j))
 
 
 class Exact(BroadPhaseEngine):
@@ -110,9 +124,10 @@ def verdicts(solver: BroadPhaseEngine, made: Sequence[BoxCrowd]) -> dict[str, Cr
 
 def test_crowds_are_what_their_regimes_say(made: list[BoxCrowd]) -> None:
     assert len(made) == 2 * len(REGIMES)
+    assert {len(crowd) for crowd in made} == {COUNT, 8 * COUNT}
     for crowd in made:
         assert crowd.moved == crowd.regime.endswith("moved")
-        assert len(np.unique(crowd.center, axis=0)) == len(crowd) == COUNT
+        assert len(np.unique(crowd.center, axis=0)) == len(crowd)
         assert np.all(crowd.half > 0)
         assert np.all(crowd.half[crowd.balls] == crowd.half[crowd.balls][:, :1])
     again = crowds(0, COUNT)
@@ -163,6 +178,23 @@ def test_one_axis_less_is_slow_and_not_wrong(made: list[BoxCrowd]) -> None:
     assert found["thrown"].widest > 0.5
 
 
+def test_the_nearest_pair_is_held_against_all_others(made: list[BoxCrowd]) -> None:
+    class Nearest(Exact):
+        finds_nearest: ClassVar[bool] = True
+
+    crowd = made[0].some(np.arange(12))
+    thin = crowd.thinned()
+    gaps = {
+        (i, j): sum(max(Fraction(0), -gap) ** 2 for gap in axes_of(thin, i, j)) for i in range(12) for j in range(i)
+    }
+    order = sorted(gaps, key=lambda pair: gaps[pair])
+    assert 0 < gaps[order[0]] < gaps[order[1]]
+    exact = frozenset((min(p), max(p)) for p in Exact().pairs(crowd))
+    for pair, wrong in ((order[0], False), (order[1], True), (None, True)):
+        (count,) = judged("planted", Nearest(), [crowd], [Answer(exact, nearest=pair)], lambda _: [])
+        assert (count.wrong, count.missing) == (wrong, 0)
+
+
 def test_a_declared_margin_makes_extra_pairs_no_false_alarms(made: list[BoxCrowd]) -> None:
     class Wide(OneAxisLess):
         margin: ClassVar[float] = 100.0
@@ -211,7 +243,7 @@ class Engine(Reference):
 """
 
 
-def test_an_engine_that_crashes_loses_one_crowd_only(made: list[BoxCrowd], tmp_path) -> None:
+def test_an_engine_that_crashes_loses_one_crowd_only(made: list[BoxCrowd], tmp_path: Path) -> None:
     path = tmp_path / "moody.py"
     path.write_text(PLANTED, encoding="utf-8")
     small = made[0].some(np.arange(3))
@@ -233,12 +265,43 @@ def test_shipped_engines_miss_nothing_that_they_promise(name: str, made: list[Bo
     assert not any(count.wrong for count in found.values())
     assert sum(count.pairs for count in found.values()) > 300
     if name == "fcl":
+        assert all(count.nearest == 1 for count in found.values())
         assert not any(count.extra for count in found.values())
         assert found["stacked"].pairs > 50
     else:  # see oracles.engines.bullet_boxes
         assert found["huge, moved"].beyond_limit
         assert not any(count.beyond_limit for regime, count in found.items() if regime != "huge, moved")
         assert not any(count.false_alarms for regime, count in found.items() if regime != "huge, moved")
+
+
+def test_a_campaign_over_all_pairs_asks_broad_phases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Task] = []
+    for name, instead in (("_do", lambda _, tasks, until: asked.extend(tasks)), ("certify", None), ("boil_down", None)):
+        monkeypatch.setattr(Campaign, name, instead or (lambda _: None))
+    monkeypatch.setattr(plan, "replays", lambda *_: iter(()))
+    shop, filing = SimpleNamespace(asked=lambda _: []), SimpleNamespace(buckets=SimpleNamespace(ledger=None))
+    for pairs, wanted in ((None, [CrowdTask("planted"), CrowdTask("limited")]), (["Sphere–Box"], [])):
+        asked.clear()
+        Campaign(shop, bare_run(), wanted_pairs(pairs), 1, None, filing, None, 1).go()
+        assert [task for task in asked if isinstance(task, CrowdTask)] == wanted
+        assert len(asked) > len(wanted)
+
+
+def test_what_a_task_finds_is_in_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "moody.py"
+    path.write_text(PLANTED, encoding="utf-8")
+    monkeypatch.setattr("oracles.tasks.crowds", lambda seed, count: crowds(seed, 6)[:3])
+    bench = SimpleNamespace(engine=load_engine(f"{path}:Engine"), spec=f"{path}:Engine", name="moody")
+    task = CrowdTask("moody")
+    outcome = task.do(SimpleNamespace(bench=lambda name: bench, setup=SimpleNamespace(seed=0)))
+    assert outcome.digest
+    filing = Filing(bare_run(), Buckets(Ledger()))
+    filing.file(task, outcome)
+    assert filing.run.crowds == outcome.crowds
+    assert [count.regime for count in outcome.crowds] == [crowd.regime for crowd in crowds(0, 6)[:3]]
+    assert not task.recorded
+    bench.engine = load_engine("pybullet-defaults")
+    assert task.do(SimpleNamespace(bench=lambda name: bench)).crowds == []
 
 
 # -- the report --------------------------------------------------------------------------------------------------

@@ -13,7 +13,8 @@ import pytest
 
 import reports.studies
 from oracles import tunnelling
-from reports.studies import bounces, cradle, particles, plots
+from refimpl import Point, distance, support
+from reports.studies import bounces, cradle, particles, plots, rejects
 from reports.studies.__main__ import main
 
 pytest.importorskip("matplotlib")
@@ -99,3 +100,30 @@ def test_without_matplotlib_the_error_says_what_to_install(tmp_path: Path, monke
     monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
     with pytest.raises(plots.StudyUnavailable, match=r"proxyproof\[studies\]"), plots.figure(tmp_path / "x.svg"):
         pass
+
+
+def test_early_rejects_are_told_from_what_was_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rejects, "COUNT", 30)
+    monkeypatch.setattr(rejects, "REPEATS", 1)
+    plain, ball = (rejects.course("capsule", volume, broad=False) for volume in (rejects.NONE, "Sphere"))
+    assert plain.asked == plain.passed == ball.asked == 30 * 29 // 2
+    assert ball.hits == plain.hits < ball.passed < ball.asked / 2
+    assert plain.reject == 0 < plain.miss
+    assert ball._replace(reject=3.0, miss=1.0, hit=6.0).wasted == pytest.approx(0.4)
+    behind = rejects.course("capsule", "AABB", broad=True)
+    assert behind.passed == behind.asked < plain.asked
+    assert behind.hits == plain.hits
+    page = rejects.told([plain, ball, behind])
+    assert f"| capsule | no | Sphere | 435 | {ball.passed} | {ball.hits} |" in page
+    rejects.draw([plain, ball, behind], tmp_path / "x.svg")
+    assert ElementTree.parse(tmp_path / "x.svg").getroot().tag.endswith("svg")
+
+
+@pytest.mark.parametrize("collider", rejects.COLLIDERS)
+def test_volumes_of_the_study_contain_their_points(collider: str) -> None:
+    shape, points = rejects.COLLIDERS[collider]()
+    for name, volume in rejects.volumes(shape, points).items():
+        if collider != "capsule" or name != "Sphere":  # the ball is fitted to the capsule, not to the points about it
+            assert np.all(distance(volume, Point(points)).distance <= 1e-8), name
+    directions = np.random.default_rng(0).normal(size=(200, 3))
+    assert np.all(support(shape, directions) <= np.max(points @ directions.T, axis=0) + 1e-12)

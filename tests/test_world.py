@@ -134,6 +134,16 @@ def test_static_bodies_do_not_meet_and_do_not_move(crowd: Crowd) -> None:
     assert not np.array_equal(world.state.center[~crowd.static], np.zeros(3))
 
 
+def test_a_static_body_with_a_velocity_pushes_what_it_meets() -> None:
+    wall = Body(Box([0, 0, 0], [0.5, 2, 2], [0, 0, 0, 1]), velocity=[1.0, 0, 0])
+    ball = Body(Sphere([0, 0, 0], 0.5), position=[3.0, 0, 0], mass=1.0)
+    world = World([wall, ball], restitution=1.0)
+    hits = [len(world.step(0.25).pairs) for _ in range(12)]
+    assert sum(hits) == 1
+    assert world.state.velocity.tolist() == [[1.0, 0, 0], [2.0, 0, 0]]
+    assert world.state.center[0].tolist() == [3.0, 0, 0]
+
+
 # -- response ------------------------------------------------------------------------------------------------
 
 

@@ -13,6 +13,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from oracles.crowds.boxes import BoxCrowd, Pair
 from oracles.engines import load_engine
@@ -30,10 +31,11 @@ LARGEST = 1 << 26
 
 @dataclass(frozen=True)
 class Answer:
-    """What an engine said of one crowd: pairs i < j, or in words why there are none."""
+    """What an engine said of one crowd: pairs i < j, or in words why there are none; and the nearest pair."""
 
     pairs: frozenset[Pair] = frozenset()
     lost: str = ""
+    nearest: Pair | None = None
 
 
 def ask(spec: str, crowds: Sequence[BoxCrowd]) -> list[Answer]:
@@ -80,11 +82,21 @@ def _read(content: bytes, crowds: Sequence[BoxCrowd]) -> Iterator[Answer]:
             data = json.loads(line)
             pairs = frozenset((int(i), int(j)) for i, j in data["pairs"])
             lost = str(data["lost"])[:500]
+            nearest = _nearest(data["nearest"], len(crowd))
         except (ValueError, LookupError, TypeError):
             yield Answer(lost="the engine's process printed something that is no answer")
             continue
         inside = all(0 <= i < j < len(crowd) for i, j in pairs)
-        yield Answer(pairs, lost) if inside else Answer(lost="a pair of bodies that are none")
+        yield Answer(pairs, lost, nearest) if inside else Answer(lost="a pair of bodies that are none")
+
+
+def _nearest(data: Any, count: int) -> Pair | None:
+    if data is None:
+        return None
+    i, j = (int(number) for number in data)
+    if not (0 <= i < count and 0 <= j < count and i != j):
+        raise ValueError("no pair of bodies")
+    return i, j
 
 
 def answer() -> None:
@@ -94,11 +106,12 @@ def answer() -> None:
     solver = load_engine(sys.argv[2]).broad_phase()
     for line in sys.stdin:
         crowd = BoxCrowd.from_json(json.loads(line))
-        said: dict[str, object] = {"pairs": [], "lost": ""}
+        said: dict[str, object] = {"pairs": [], "lost": "", "nearest": None}
         try:
             if solver is None:
                 raise LookupError("the engine has no broad phase that is asked")  # noqa: TRY301
             said["pairs"] = sorted({(min(pair), max(pair)) for pair in solver.pairs(crowd) if pair[0] != pair[1]})
+            said["nearest"] = solver.nearest(crowd.thinned())
         except Exception as error:  # whatever an engine raises is its answer
             said["lost"] = f"{type(error).__name__}: {error}"
         print(json.dumps(said), file=out, flush=True)

@@ -7,14 +7,14 @@ What a broad phase promises is: every pair of bodies whose closed bounding boxes
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refimpl.linear import Array, Bools, largest
+from refimpl.linear import Array, Bools, largest, norm
 from refimpl.shapes import AABB, Box, Proxy, Sphere
 
 Pair = tuple[int, int]
@@ -79,6 +79,15 @@ class BoxCrowd:
         size = largest(np.maximum(np.maximum(np.abs(self.center), np.abs(self.before)), self.half))
         return np.asarray(ROUNDING * np.maximum(size[:, None], size[None]))
 
+    def thinned(self) -> BoxCrowd:
+        """The same with an eighth of the sizes, so that few overlap and there is a nearest pair to be found."""
+        return replace(self, half=self.half / 8)
+
+    def gaps(self) -> Array:
+        """Distances (n, n) of the bounding boxes, 0 where they overlap."""
+        apart = np.abs(self.center[:, None] - self.center[None]) - (self.half[:, None] + self.half[None])
+        return norm(np.maximum(apart, 0.0))
+
     def exact(self) -> Bools:
         """Whether (n, n) the sides of both boxes are doubles, so that nothing needs to be rounded."""
         up, down = self.center + self.half, self.center - self.half
@@ -109,6 +118,8 @@ class Recipe(NamedTuple):
 
     why: str
     make: Callable[[np.random.Generator, int], tuple[Array, Array]]
+    times: int = 1
+    """So many times as many bodies as in other crowds."""
 
 
 def _thrown(rng: np.random.Generator, count: int) -> tuple[Array, Array]:
@@ -130,6 +141,7 @@ def _of_all_sizes(rng: np.random.Generator, count: int) -> tuple[Array, Array]:
 
 def _flat(rng: np.random.Generator, count: int) -> tuple[Array, Array]:
     center, half = _thrown(rng, count)
+    half *= 3
     half[np.arange(count), rng.integers(0, 3, count)] = 1e-9
     half[np.arange(count), rng.integers(0, 3, count)] = 1e-3
     return center, half
@@ -159,6 +171,7 @@ def _scaled(factor: float, shift: float = 0.0) -> Callable[[np.random.Generator,
 REGIMES: Mapping[str, Recipe] = MappingProxyType(
     {
         "thrown": Recipe("random boxes and balls, each overlapping one or two others", _thrown),
+        "many": Recipe("the same, many more of them: trees have depth", _thrown, 8),
         "stacked": Recipe("cubes on a grid, touching exactly: closed boxes that touch are a pair", _stacked),
         "in_a_row": Recipe("touching along one axis: nothing can be told apart along the others", _in_a_row),
         "one_place": Recipe("nearly the same body many times: no tree can split them", _one_place),
@@ -182,10 +195,11 @@ def crowds(seed: int, count: int) -> list[BoxCrowd]:
     for index, (name, recipe) in enumerate(REGIMES.items()):
         for moves in (False, True):
             rng = np.random.default_rng([seed, index, moves])
-            center, half = recipe.make(rng, count)
-            balls = rng.uniform(size=count) < 0.4
+            size = count * recipe.times
+            center, half = recipe.make(rng, size)
+            balls = rng.uniform(size=size) < 0.4
             half = np.where(balls[:, None], half[:, :1], half)
-            before = center + moves * largest(half)[:, None] * rng.normal(size=(count, 3))
+            before = center + moves * largest(half)[:, None] * rng.normal(size=(size, 3))
             found.append(BoxCrowd(f"{name}, moved" if moves else name, balls, center, half, before))
     return found
 

@@ -24,6 +24,8 @@ class BroadPhaseEngine:
     margin_why : str
     closed : bool
         Whether it promises pairs whose boxes only touch, where no side of a box has to be rounded.
+    finds_nearest : bool
+        Whether it is asked for the nearest pair, too.
     limit : str
         Sentence on the bodies about which it promises nothing, if there are any.
     """
@@ -32,11 +34,17 @@ class BroadPhaseEngine:
     margin: ClassVar[float] = 0.0
     margin_why: ClassVar[str] = "it declares none"
     closed: ClassVar[bool] = False
+    finds_nearest: ClassVar[bool] = False
     limit: ClassVar[str] = ""
 
     def pairs(self, crowd: BoxCrowd) -> Iterable[Pair]:
         """Pairs of bodies that the engine says may touch, in any order, each once or more."""
         raise NotImplementedError
+
+    def nearest(self, crowd: BoxCrowd) -> Pair | None:
+        """Pair whose bounding boxes are nearest to each other, where the engine finds that (`finds_nearest`)."""
+        del crowd
+        return None
 
     def beyond_limit(self, crowd: BoxCrowd) -> Bools:
         """Which bodies (n,) the `limit` is about."""

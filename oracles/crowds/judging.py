@@ -62,6 +62,8 @@ class CrowdCount:
         Named, although the boxes are apart.
     false_alarms : int
         Of these, what is farther apart than the margin that the engine declares.
+    nearest, not_nearest : int
+        Crowds, thinned out, of which the nearest pair was asked, and those of which another one was given.
     lost : int
         Crowds without an answer.
     """
@@ -76,6 +78,8 @@ class CrowdCount:
     close: int = 0
     extra: int = 0
     false_alarms: int = 0
+    nearest: int = 0
+    not_nearest: int = 0
     lost: int = 0
     widest: float = 0.0
     """The largest gap between boxes of a pair that was named."""
@@ -96,7 +100,7 @@ class CrowdCount:
     @property
     def wrong(self) -> bool:
         """Whether the engine broke its promise."""
-        return self.missing > 0 or self.lost > 0
+        return self.missing > 0 or self.not_nearest > 0 or self.lost > 0
 
 
 def weigh(count: CrowdCount, solver: BroadPhaseEngine, crowd: BoxCrowd, answer: Answer) -> list[Pair]:
@@ -107,6 +111,9 @@ def weigh(count: CrowdCount, solver: BroadPhaseEngine, crowd: BoxCrowd, answer: 
         count.lost += 1
         count.errors += [answer.lost] * (answer.lost not in count.errors)
         return []
+    if solver.finds_nearest:
+        count.nearest += 1
+        count.not_nearest += not _is_nearest(crowd.thinned(), answer.nearest)
     upper, depth, slack, named = _pairs(crowd, answer)
     must = depth > slack
     if solver.closed:
@@ -122,6 +129,15 @@ def weigh(count: CrowdCount, solver: BroadPhaseEngine, crowd: BoxCrowd, answer: 
     count.missing += len(found[0])
     count.beyond_limit += len(found[1])
     return found[0] + found[1]
+
+
+def _is_nearest(crowd: BoxCrowd, pair: Pair | None) -> bool:
+    """Whether no pair's boxes are nearer to each other, but for rounding."""
+    if pair is None:
+        return len(crowd) < 2
+    gaps = crowd.gaps()
+    least = float(np.min(gaps[_upper(crowd)]))
+    return bool(gaps[pair] <= least + 4 * float(np.max(crowd.slack())))
 
 
 def _upper(crowd: BoxCrowd) -> tuple[Ids, Ids]:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
-from refimpl.linear import Array, cross
+from refimpl.linear import Array, Bools, cross
 from refimpl.motions import Motion
 from refimpl.proxy import Proxy
 from refimpl.queries import distance, intersect
@@ -20,7 +24,7 @@ AT_ONCE = 2.0**-40
 """Two half-spaces that turn out of facing each other meet, far away, at every time after 0."""
 
 
-def sweep_convex(a: Proxy, b: Proxy, motion_a: Motion, motion_b: Motion) -> SweepHit:
+def sweep_convex(a: Proxy, b: Proxy, motion_a: Motion, motion_b: Motion) -> tuple[SweepHit, Bools]:
     """First contacts of two batches of convex proxies, with one batch axis each.
 
     Parameters
@@ -34,12 +38,14 @@ def sweep_convex(a: Proxy, b: Proxy, motion_a: Motion, motion_b: Motion) -> Swee
     SweepHit
         The first contact lies between `t_lower` and `t`. Mirtich and Canny, Impulse-based Simulation of Rigid Bodies,
         1995, advance conservatively by a speed; here a step may go as far as the curvature of the gap allows.
+    (n,) bool
+        Whether that is certain: in a graze that doubles do not decide, `t` is when it has passed.
     """
     if isinstance(b, HalfSpace) and not isinstance(a, HalfSpace):
-        found = sweep_convex(b, a, motion_b, motion_a)
-        return SweepHit(found.hit, found.t, found.point, -found.normal, found.t_lower)
+        found, decided = sweep_convex(b, a, motion_b, motion_a)
+        return SweepHit(found.hit, found.t, found.point, -found.normal, found.t_lower), decided
     n = len(a)
-    hit, t, t_lower = np.ones(n, dtype=bool), np.zeros(n), np.zeros(n)
+    hit, decided, t, t_lower = np.ones(n, dtype=bool), np.ones(n, dtype=bool), np.zeros(n), np.zeros(n)
     point, normal = np.full((n, 3), np.nan), np.full((n, 3), np.nan)
     met = intersect(a, b)
     there = np.flatnonzero(met)
@@ -51,8 +57,9 @@ def sweep_convex(a: Proxy, b: Proxy, motion_a: Motion, motion_b: Motion) -> Swee
         pairs = paired(turning(a[apart], motion_a[apart]), turning(b[apart], motion_b[apart]))
         times = _halfspaces(pairs) if isinstance(b, HalfSpace) else first_contacts(pairs, np.ones(len(apart)))
         hit[apart], t[apart], t_lower[apart] = np.isfinite(times.lower), times.upper, times.lower
+        decided[apart] = times.decided
         point[apart], normal[apart] = _contact(pairs, times)
-    return SweepHit(hit, t, point, normal, t_lower)
+    return SweepHit(hit, t, point, normal, t_lower), decided
 
 
 def _halfspaces(pairs: Pairs) -> Times:
@@ -81,6 +88,32 @@ def _contact(pairs: Pairs, times: Times) -> tuple[Array, Array]:
 
 def sweep_rigid(a: Proxy, b: Proxy, motion_a: Motion, motion_b: Motion) -> SweepHit:
     """First contacts of two batches of proxies with one batch axis, of which one at least may turn; see `sweep`."""
-    if isinstance(a, UNIONS) or isinstance(b, UNIONS):
-        return over_pieces(a, b, motion_a, motion_b, sweep_convex, earliest)
-    return sweep_convex(a, b, motion_a, motion_b)
+    if not (isinstance(a, UNIONS) or isinstance(b, UNIONS)):
+        return sweep_convex(a, b, motion_a, motion_b)[0]
+    rows = [slice(i, i + 1) for i in range(len(a))]
+    return joined([_union(a[row], b[row], motion_a[row], motion_b[row]) for row in rows])
+
+
+def _union(a: Proxy, b: Proxy, motion_a: Motion, motion_b: Motion) -> SweepHit:
+    """First contact of one pair of unions: the first that is certain, but none before any graze that is not."""
+    grazes: list[SweepHit] = []
+
+    def certain(*pieces: Any) -> SweepHit:
+        found, decided = sweep_convex(*pieces)
+        grazes.extend(found[i : i + 1] for i in np.flatnonzero(~decided))
+        hit, t = found.hit & decided, np.where(decided, found.t, np.inf)
+        return SweepHit(hit, t, found.point, found.normal, found.t_lower)
+
+    found = over_pieces(a, b, motion_a, motion_b, certain, earliest)
+    if found.hit[0] or not grazes:
+        return found
+    first = min(grazes, key=lambda graze: float(graze.t_lower[0]))
+    return replace(first, t=np.max([graze.t for graze in grazes], axis=0))
+
+
+def joined(hits: Sequence[SweepHit]) -> SweepHit:
+    """Rows of several answers as one."""
+    names = ("hit", "t", "point", "normal", "t_lower")
+    if not hits:
+        return SweepHit(np.zeros(0, dtype=bool), np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
+    return SweepHit(*(np.concatenate([getattr(hit, name) for hit in hits]) for name in names))

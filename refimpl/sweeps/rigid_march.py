@@ -22,7 +22,7 @@ NARROW = 1e-10
 """Widest stretch of time between free and touching that is not narrowed further."""
 LEAST = 2.0**-48
 """Steps this short get nowhere."""
-MOST = 20_000
+MOST = 5_000
 """So many steps at most; what is left then counts as undecided."""
 CAREFUL = 0.9
 
