@@ -26,6 +26,7 @@ from refimpl.proof import (
 )
 from refimpl.proof.claims import Place, Simple, Tree
 from refimpl.proof.impacts import ImpactCertificate, Residuals
+from refimpl.proof.rigid import Spans, Touch
 from refimpl.proof.vectors import Vector
 from reports import text
 
@@ -68,18 +69,22 @@ def proof_view(certificate: AnyCertificate, interval: str) -> Proof:
 def _of_sweep(claim: object) -> str:
     """Say what one claim about two bodies on their way states."""
     match claim:
-        case Clear(until=None):
-            return "Planes between the two leave a gap, which stays open until t = 1: no contact from then on."
         case Clear():
-            return f"Planes between the two leave a gap, which stays open until t = {_v(claim.until)}: no contact yet."
+            end = "1: no contact from then on" if claim.until is None else f"{_v(claim.until)}: no contact yet"
+            said = f"Planes between the two leave a gap, which stays open until t = {end}."
         case Meets():
-            return (
-                f"{_place(claim.a)} of A and {_place(claim.b)} of B, at the start, are in one place at "
-                f"t = {_v(claim.time)}: the contact is no later."
-            )
+            places = f"{_place(claim.a)} of A and {_place(claim.b)} of B, at the start,"
+            said = f"{places} are in one place at t = {_v(claim.time)}: the contact is no later."
+        case Spans():
+            many = text.plural(len(claim.spans), "span")
+            said = f"In {many} of time, planes between the two leave gaps at both ends that no turning closes between."
+        case Touch():
+            said = f"At t = {_v(claim.time)}, where both then are: {claim_in_words(claim.claim)}"
         case _ if isinstance(claim, get_args(Claim)):
-            return f"At the start: {claim_in_words(claim)}"
-    return f"A claim about bodies that turn: {type(claim).__name__}."
+            said = f"At the start: {claim_in_words(claim)}"
+        case _:
+            said = "Boxes around the parts bound how far any point of them moves by turning."
+    return said
 
 
 RESIDUALS = (

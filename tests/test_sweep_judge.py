@@ -189,6 +189,22 @@ def test_the_right_engine_is_never_wrong(pair: Any, drawn: dict[tuple[Any, Any],
     assert "sweep_just_missing" not in hits
 
 
+def test_bodies_that_turn_are_judged_as_well() -> None:
+    (batch,) = Batch.draw_sweeps((Box, Box), 5, (1, 2), 3)
+    rows = [i for i, name in enumerate(batch.regimes) if name in TURNING]
+    judges, times = Judges(Sweeper()), []
+    for i in rows:
+        scene = batch.scene(SWEEP, i)
+        answers = answers_of(Sweeper(), SWEEP, (Box, Box), [row[None] for row in scene.rows])
+        assert judges.convict(scene, answers).kind is Kind.AGREES
+        assert audited(scene).kind is Kind.AGREES
+        if answers.hit[0] == 1:
+            times.append(float(answers.t[0]))
+            early = dataclasses.replace(answers, t=answers.t / 2)
+            assert judges.convict(scene, early).symptom == claims.EARLY
+    assert len(times) >= 2
+
+
 @pytest.mark.parametrize(("kind", "pair", "symptoms"), PLANTED, ids=lambda x: getattr(x, "__name__", ""))
 def test_a_wrong_engine_is_found_and_named(
     kind: type[Sweeper], pair: Any, symptoms: set[str], drawn: dict[tuple[Any, Any], Batch]

@@ -37,6 +37,7 @@ from oracles.engine import (
 from oracles.engines import bullet_impacts as impacts
 from oracles.engines.bullet_world import import_bullet
 from oracles.motion import Motion, Moving
+from oracles.scene import SWEEP
 from refimpl.linear import Array, norm
 from refimpl.mass import mass_properties
 from refimpl.shapes import Capsule, HalfSpace
@@ -68,6 +69,9 @@ class BulletDefaults(Engine):
     def _support(self, query: str, A: Kind, B: Kind) -> Support:
         del query, A, B
         return unsupported("settings are for impacts: the engine bullet answers the rest")
+
+    def _sweep_support(self, A: Kind, B: Kind) -> Support:
+        return self._support(SWEEP, A, B)
 
     def _impact_support(self, A: Kind, B: Kind) -> Support:
         del A, B
