@@ -43,6 +43,8 @@ SWEPT = 16
 """Sweeps get so many times fewer: the reference takes many distances for each."""
 AUDITED = 4
 """One regime in so many is audited in a task, in turn: a proof costs as much as a hundred answers."""
+SWEEPS_AUDITED = 12
+"""The same of sweeps: the proof of one costs as much as several of distances."""
 GIVE_UP_AFTER = 1
 AT_REST = (DISTANCE, CONTACTS)
 """Queries of which the signed distance of the two is known once an answer is judged."""
@@ -183,8 +185,9 @@ class _Bulk:
         """Prove the reference's own answer on one scene of each regime whose turn it is."""
         first = np.unique(batch.groups, return_index=True)[1]
         turn = self.number + list(TABLE).index(self.pair)
-        first = first[batch.groups[first] % AUDITED == turn % AUDITED]
         query = next(q for q in (RAYCAST, DISTANCE, IMPACT, SWEEP) if batch.is_of(q))
+        each = SWEEPS_AUDITED if query == SWEEP else AUDITED
+        first = first[batch.groups[first] % each == turn % each]
         with timed("audit"):
             for i in first:
                 scene = batch.scene(query, int(i))

@@ -163,7 +163,15 @@ UNIT_ERROR = 1e-6
 not wrong."""
 
 PIECE = 1.01
-"""An overlap said to be deeper than its deepest pair of pieces by no more than this factor may be meant to be that."""
+"""An overlap said to be deeper than its deepest pair of pieces by no more than this factor, and than the engine's
+tolerance, may be meant to be that."""
+
+FARTHEST = 6.0
+"""No part of a bounded solid is so many times its magnitude away from its reference point: two corners of the cube of
+its coordinates are 2·√3 apart, and there may be a radius at one of them."""
+
+WELL_PAST = 2.0
+"""Time for which a ray goes on into a half-space: that has no size to measure the way by."""
 
 LARGEST = 1e150
 """No scene has such numbers; an engine that answers one, the largest double for instance, has not set it."""
@@ -184,6 +192,8 @@ class Questioned:
     """Conventions of the engine's that take back a claim."""
     ways_out: bool = False
     """Whether any overlap of unions is answered by a way out, as the reference does, and never by that of a piece."""
+    allowed: Array | None = None
+    """By how much a depth may be off, where the engine does not promise it to rounding."""
 
     def claims(self) -> Iterator[Claim]:
         """Every claim the answers make, the gravest first."""
@@ -209,7 +219,10 @@ class Questioned:
         margins = self.margin_a[rows], self.margin_b[rows]
         answers = take(self.answers, rows)
         pair = self.a[rows], self.b[rows]
-        return Questioned(self.query, *pair, *margins, answers, self.answered[rows], self.waived, self.ways_out)
+        allowed = None if self.allowed is None else self.allowed[rows]
+        return Questioned(
+            self.query, *pair, *margins, answers, self.answered[rows], self.waived, self.ways_out, allowed
+        )
 
     def only(self, rows: Any) -> Questioned:
         """The same batch, in which only these rows count as answered."""
@@ -329,7 +342,8 @@ class Questioned:
             return overlapping
         _, most = kept(self.a, self.b, overlapping)
         deepest = margin - np.minimum(most, 0.0)
-        return np.asarray(overlapping & (-self.answers.distance <= PIECE * deepest))
+        slack = self._nothing if self.allowed is None else self.allowed
+        return np.asarray(overlapping & (-self.answers.distance <= PIECE * deepest + slack))
 
     def unit_claim(self, made: Bools) -> Claim:
         """A normal has unit length, to single precision."""
@@ -429,8 +443,14 @@ def _rounding(u: Array, v: Array) -> Array:
 
 
 def past(ray: Ray, b: Proxy) -> Array:
-    """Time by which a ray is past anything of a bounded solid, or well past a half-space's near side."""
-    return 2.0 + (norm(b.reference_point - ray.origin) + 4.0 * b.magnitude) / norm(ray.direction)
+    """Time by which a ray is past anything of a bounded solid, or well past a half-space's near side.
+
+    No farther than that: the rounding of a far end would hide how near a small solid the ray starts.
+    """
+    past_all = (norm(b.reference_point - ray.origin) + FARTHEST * b.magnitude) / norm(ray.direction)
+    if isinstance(b, HalfSpace):
+        past_all = past_all + np.where(dot(b.normal, ray.direction) < 0, WELL_PAST, 0.0)
+    return np.asarray(past_all)
 
 
 def tested(shape: Proxy) -> Proxy:

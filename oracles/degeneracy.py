@@ -116,11 +116,11 @@ def _of_sizes(scene: Scene, a: Look, b: Look) -> Iterator[str]:
     if not 1 / ENDLESS < max(length, scene.size) < ENDLESS:
         yield "beyond all sizes"
     if length > LARGE:
-        yield from ("huge", "far away", "very unequal")  # of what is huge, a part may do
+        yield from ("huge", "far away", "very unequal", "thin")  # of what is huge, a part may do
     elif length < SMALL:
-        yield from ("tiny", "very unequal")
+        yield from ("tiny", "very unequal", "thin")
     if len(sizes) == 2 and max(sizes) > UNEQUAL * min(sizes):
-        yield "very unequal"
+        yield from ("very unequal", "thin")  # how thin the small one is makes no difference
     if any(seen.size > UNEQUAL * seen.thin for seen in (a, b) if seen.size < math.inf):
         yield "thin"
     places = np.abs([seen.middle for seen in (a, b)]).max(axis=1)

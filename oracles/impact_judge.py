@@ -139,8 +139,8 @@ class ImpactJudge:
         truth = audit_impact(scene)
         if truth.kind is Kind.REFERENCE_WRONG:
             return truth
-        effective = self._effective(part)
-        amount = ours[1] if effective is part.motion else min(ours[1], _greatest(effective, answers))
+        ours = _broken_by_both(part.motion, self._effective(part), answers, allowed) or ours
+        amount = min(ours[1], _greatest(self._effective(part), answers))
         right_by_own = amount <= allowed or bool(self._excused(part)[0])
         return self._verdict(scene, Kind.CONVENTION if right_by_own else Kind.WRONG, ours, amount, answers)
 
@@ -262,6 +262,15 @@ def _exactly(motion: Motion, answers: Answers) -> Iterator[tuple[str, Fraction]]
 def first_broken(motion: Motion, answers: Answers, allowed: Fraction) -> tuple[str, Fraction] | None:
     """The first law that is broken by more than is allowed."""
     return next(((symptom, amount) for symptom, amount in _exactly(motion, answers) if amount > allowed), None)
+
+
+def _broken_by_both(
+    motion: Motion, effective: Motion, answers: Answers, allowed: Fraction
+) -> tuple[str, Fraction] | None:
+    """The first law that is broken by the scene's bodies and also by those with which the engine calculates."""
+    own = {symptom for symptom, amount in _exactly(effective, answers) if amount > allowed}
+    broken = ((symptom, amount) for symptom, amount in _exactly(motion, answers) if amount > allowed)
+    return next(((symptom, amount) for symptom, amount in broken if symptom in own), None)
 
 
 def _greatest(motion: Motion, answers: Answers) -> Fraction:

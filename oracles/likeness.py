@@ -99,9 +99,16 @@ class Failing:
         for other in sorted(others, key=lambda one: one.plainness):
             if not self.strain and other.plainness >= self.plainness:
                 return
-            better = (other.strain, other.plainness) < (self.strain, self.plainness)
-            if better and other.special <= self.special | FREE:
+            if self._is_worse_than(other):
                 yield other
+
+    def may_go_to(self, other: Failing) -> bool:
+        """Whether the other is better, and may show the same fault."""
+        return self._is_worse_than(other) and self.is_like(other)
+
+    def _is_worse_than(self, other: Failing) -> bool:
+        better = (other.strain, other.plainness) < (self.strain, self.plainness)
+        return better and other.special <= self.special | FREE
 
 
 def failing(finding: Finding) -> Failing:

@@ -40,7 +40,9 @@ HULL = ConvexPolyhedron.from_vertices(CORNER)
 PLAIN_BODIES: dict[type[Proxy], tuple[Proxy, ...]] = {
     Point: (Point(ORIGIN),),
     Ray: tuple(
-        Ray(o, d) for o in ([-2.0, 0.0, 0.0], ORIGIN, [-2.0, 0.5, 0.0]) for d in ([1.0, 0.0, 0.0], [2.0, 0.5, 0.0])
+        Ray(o, d)
+        for o in ([-2.0, 0.0, 0.0], ORIGIN, [-2.0, 0.5, 0.0])
+        for d in ([1.0, 0.0, 0.0], [2.0, 0.5, 0.0], [1.0, 0.0, 1.0])
     ),
     Sphere: (BALL, Sphere(ORIGIN, 0.5)),
     Capsule: (Capsule(*ENDS, 1.0), Capsule(*FLAT, 0.5), Capsule(ORIGIN, [0.0, 1.0, 2.0], 0.5)),

@@ -17,8 +17,9 @@ EACH = 60
 """Motions of each pair of bodies."""
 ROUND = (0.0, 0.0, 0.0, 0.0, 1.0, -1.0, 0.5, 2.0)
 SHARES = (1.0, 0.0, 0.5)
-LENGTHS = (1.0, 1.0, 2.0)
+LENGTHS = (1.0, 1.0, 2.0, 0.5)
 """Of the normal, which may have any."""
+NEARLY_ONE = 1e-6
 INERTIAS = (
     np.eye(3),
     np.eye(3),
@@ -52,6 +53,11 @@ class Touch:
     point: tuple[float, float, float]
     normal: tuple[float, float, float]
     flat: bool = False
+
+    def with_normal(self, length: float) -> Touch:
+        """The same, with a normal of this length."""
+        x, y, z = self.normal
+        return replace(self, normal=(length * x, length * y, length * z))
 
 
 BALL = Sphere([0.0, 0.0, 0.0], 1.0)
@@ -167,12 +173,15 @@ def _one_changed(name: str, vector: Array) -> Iterator[dict[str, Array]]:
 def restaged(scene: Scene) -> Iterator[Scene]:
     """The same motion, as seen along the normal, of the plain bodies of the cell: rounded, or closing as fast.
 
-    Or up to a hundred times as fast, for errors that grow with it.
+    Or up to a hundred times as fast, for errors that grow with it; along a normal of length 1, or of one like its own.
     """
     motion = scene.impact
     assert motion is not None
-    closing = float(motion.closing / np.linalg.norm(motion.normal))
-    for touch in TOUCHES.get((type(scene.a), type(scene.b)), ()):
+    own = float(np.linalg.norm(motion.normal))
+    closing = float(motion.closing / own)
+    lengths = [1.0] if abs(own - 1) < NEARLY_ONE else [1.0, 0.5 if own < 1 else 2.0]
+    touches = TOUCHES.get((type(scene.a), type(scene.b)), ())
+    for touch in (touch.with_normal(length) for length in lengths for touch in touches):
         for decimals in (0, 1, 2):
             yield replace(scene, a=touch.a, b=touch.b, motion=_on_plain_bodies(motion, touch, decimals))
         for decimals in (0, 1, 15):

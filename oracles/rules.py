@@ -44,7 +44,8 @@ class Rules:
         waived = frozenset(self.conventions(cell))
         if course is not None:
             return SweptRows(cell.query, a, b, *margins, answers, answered, waived, course=course)
-        return Questioned(cell.query, a, b, *margins, answers, answered, waived)
+        rows = Questioned(cell.query, a, b, *margins, answers, answered, waived)
+        return replace(rows, allowed=self.allowed(cell, "value", rows.size))
 
     def of_scene(self, scene: Scene, answers: Answers) -> Questioned:
         """The one row of a scene."""

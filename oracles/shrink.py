@@ -31,8 +31,9 @@ from oracles.outcome import Finding, Kind
 from oracles.paths import SHARES, leads, path
 from oracles.plain import plain_scenes
 from oracles.relations import Bench
+from oracles.rows import in_a_row
 from oracles.scene import Cell, Scene
-from oracles.simpler import several_changed
+from oracles.together import merged, several_changed
 
 MOST_STEPS = 40
 KEPT = 3
@@ -94,6 +95,8 @@ class _Search:
     """Tries that are kept for paths."""
     searched: int = 0
     """Findings for which the engine has been asked."""
+    passing: list[Finding | None] | None = None
+    """What came in a row of plain scenes, once that was tried."""
     growing: bool = False
     """Whether slight errors are to become larger before they become simpler."""
 
@@ -121,22 +124,33 @@ class _Search:
         for way, again, finding in zip(ways, repeats, findings, strict=True):
             if again:
                 self._go_on(way)
-            found.append(self._prove(finding, way) if again else replace(finding, repeats=False))
+            found.append(self._prove(finding, way) if again else self._in_passing(finding))
         return found
+
+    def _in_passing(self, finding: Finding) -> Finding:
+        """What does not come again, as it comes in a row of plain scenes, where it does."""
+        if self.passing is None:
+            allowed = self._allowed()
+            self.passing = [] if self.about.lost or finding.related else [in_a_row(finding, self.about.bench, allowed)]
+        better = next((one for one in self.passing if one is not None), finding)
+        simpler = better if clumsiness(better.scene) < clumsiness(finding.scene) else finding
+        return replace(simpler, scene=replace(simpler.scene, regime=finding.scene.regime), repeats=False)
+
+    def _allowed(self) -> int:
+        """How many scenes may be tried for a finding."""
+        return tries_for(self.about.cell, lost=self.about.lost, related=isinstance(self.about, InquiryOfRelated))
 
     def _go(self, way: list[Failing], regime: str, tries: int | None) -> None:
         """Find better and better scenes."""
         self._go_on(way)
         if way[-1].key in self.exhausted:
             return
-        own = tries_for(self.about.cell, lost=self.about.lost, related=isinstance(self.about, InquiryOfRelated))
-        allowed = own if tries is None else tries
-        allowed = tries_of_next(allowed, self.searched)
+        allowed = tries_of_next(self._allowed() if tries is None else tries, self.searched)
         self.kept = allowed // KEPT
         self.about.tries = allowed - self.kept
         self.about.losses = MOST_LOST - MOST_LOST_AGAIN if self.searched else 0
         self.searched += 1
-        while self._try_some(way, plain_scenes(self.about.cell, regime)) and self.about.lost:
+        while self._try_some(way, self._plain(regime)) and self.about.lost:
             pass
         self._take_path(way)
         for _ in range(MOST_STEPS):
@@ -144,6 +158,11 @@ class _Search:
                 break
             if not (self._improve(way) or self._improve_jointly(way) or self._take_path(way)):
                 break
+
+    def _plain(self, regime: str) -> Sequence[Scene]:
+        """Plain scenes, of all sorts, for which no more than half of the tries are spent."""
+        plain = plain_scenes(self.about.cell, regime)
+        return plain[:: 1 + 2 * len(plain) // max(1, self.about.tries)] if is_formed(self.about.cell) else plain
 
     def _take_path(self, way: list[Failing]) -> bool:
         """Go where a path leads: from a slight error to a better scene where it is not like this one."""
@@ -180,7 +199,12 @@ class _Search:
 
     def _try_some(self, way: list[Failing], scenes: Sequence[Scene]) -> bool:
         """Go on to one of these; where the engine is lost on some of them, the rest may be asked after that."""
+        best = way[-1]
         while self.about.ask(scenes):
+            if not self.about.lost and best.scene.motion is None:
+                found = [self.about.known[key] for key in map(key_of, scenes) if key in self.about.known]
+                steps = sorted((one for one in found if best.may_go_to(one)), key=lambda one: one.plainness)
+                self.about.ask(merged(best.scene, (one.scene for one in steps)))
             if self._go_on(way):
                 return True
         return False
@@ -231,4 +255,4 @@ class _Search:
                 source = origin if origin.endswith(", shrunk") else f"{origin}, shrunk"
                 return replace(found, scene=replace(found.scene, regime=regime, source=source))
         comes_again = self.about.lost or self.about.convict(finding.scene) is not None
-        return finding if comes_again else replace(finding, repeats=False)
+        return finding if comes_again else self._in_passing(finding)

@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import assume
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from oracles.clumsiness import PLAIN
@@ -25,10 +23,6 @@ from refimpl.shapes import Capsule, Cylinder, HalfSpace, Polyhedron, Ray
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 FORMED = (ConvexPolyhedron, Polyhedron, Composite)
 DECIMALS = (0, 1, 2, 3)
-STAYING = 3
-"""How much likelier it is that a number stays than that it is made simpler."""
-JOINTLY = 100
-"""Scenes in which several numbers are made simpler together."""
 NUDGES, NUDGED = (1e-1, 1e-2, 1e-3), 4
 """Steps by which a number is changed, relative to the larger body, and digits to which it then is rounded."""
 MOST_PARTS = 24
@@ -78,37 +72,6 @@ def with_sides(scene: Scene, a: Proxy | None, b: Proxy | None) -> Iterator[Scene
     """The scene with other proxies, unless one of them could not be made."""
     if a is not None and b is not None:
         yield replace(scene, a=a, b=b)
-
-
-@st.composite
-def several_changed(draw: st.DrawFn, scene: Scene) -> Scene:
-    """The scene with any of its odd numbers simpler, several at once; the simplest draw is the simplest scene.
-
-    Each number most often stays, so that scenes come up in which the fault is still there.
-    """
-    made = []
-    for shape in (scene.a, scene.b):
-        row = shape.pack().copy()
-        for i in np.flatnonzero(changeable(shape)):
-            x = float(row[i])
-            if x not in PLAIN:
-                simpler = simpler_numbers(x)
-                row[i] = draw(st.sampled_from([*simpler, *[x] * (STAYING * len(simpler))]))
-        made.append(rebuilt(shape, row))
-    assume(made[0] is not None and made[1] is not None)
-    return next(with_sides(scene, *made))
-
-
-def jointly_simpler(scene: Scene) -> Iterator[Scene]:
-    """The scene with every other odd number simpler, as chance has it; always the same."""
-    random = np.random.Generator(np.random.Philox(np.random.SeedSequence([JOINTLY])))
-    rows = [(shape, shape.pack(), changeable(shape)) for shape in (scene.a, scene.b)]
-    for _ in range(JOINTLY):
-        made = []
-        for shape, row, mask in rows:
-            odd = mask & ~np.isin(row, list(PLAIN)) & (random.random(len(row)) < 0.5)
-            made.append(rebuilt(shape, np.where(odd, random.choice([0.0, 0.0, 1.0, -1.0, 0.5, 2.0], len(row)), row)))
-        yield from with_sides(scene, *made)
 
 
 def nudged(scene: Scene) -> Iterator[Scene]:
@@ -212,6 +175,7 @@ def _along_axes(shape: Proxy) -> Iterator[Proxy]:
         for step in (_dominant(half), *(np.eye(3)[i] for i in range(3)), 10 * half, 100 * half):
             made += [rebuilt(shape, np.concatenate([middle - step, middle + step, row[6:]]))]
             made += [rebuilt(shape, np.concatenate([shape.p, shape.p + 2 * step, row[6:]]))]
+            made += [rebuilt(shape, np.concatenate([shape.q - 2 * step, shape.q, row[6:]]))]
     if isinstance(shape, Ray):
         for step in (_dominant(shape.direction), np.sign(_dominant(shape.direction)), np.sign(shape.direction)):
             made.append(rebuilt(shape, np.concatenate([shape.origin, step])))
@@ -234,7 +198,7 @@ def _sharpened(q: Array) -> Array:
 
 
 def _fewer_parts(shape: Proxy) -> Iterator[Proxy]:
-    """Without one vertex, plane, slab or part; or the least of its kind."""
+    """Without some vertices, planes, slabs or parts, or one; or the least of its kind."""
     made: list[Proxy | None] = []
     with np.errstate(all="ignore"):
         if isinstance(shape, ConvexPolyhedron):
@@ -245,13 +209,11 @@ def _fewer_parts(shape: Proxy) -> Iterator[Proxy]:
                 if len(vertices) < len(shape.vertices):
                     made += [_mesh(vertices * size, triangles, shape) for size in (np.ones(3), half)]
         elif isinstance(shape, KDOP) and len(shape.lower) > 3:
-            for i in range(min(len(shape.lower), MOST_PARTS)):
-                keep = np.arange(len(shape.lower)) != i
-                made.append(_or_none(lambda k=keep: KDOP(shape.directions[k], shape.lower[k], shape.upper[k])))
+            for k in _some_left(len(shape.lower), 3):
+                made.append(_or_none(lambda k=k: KDOP(shape.directions[k], shape.lower[k], shape.upper[k])))
         elif isinstance(shape, Composite):
-            if len(shape.parts) > 1:
-                for i in range(min(len(shape.parts), MOST_PARTS)):
-                    made.append(Composite([part for j, part in enumerate(shape.parts) if j != i]))
+            for k in _some_left(len(shape.parts), 1):
+                made.append(Composite([shape.parts[i] for i in np.flatnonzero(k)]))
             for i, part in enumerate(shape.parts):
                 rest = shape.parts
                 made += [
@@ -269,9 +231,16 @@ def _fewer_corners(shape: ConvexPolyhedron) -> Iterator[Proxy | None]:
             if len(corners) < len(rows):
                 for size in (np.ones(3), half):
                     yield _or_none(lambda c=corners * size: make(c, shape.position, shape.rotation))
-    if len(rows) > 4:
-        for i in range(min(len(rows), MOST_PARTS)):
-            yield _or_none(lambda i=i: make(np.delete(rows, i, axis=0), shape.position, shape.rotation))
+    for k in _some_left(len(rows), 4):
+        yield _or_none(lambda k=k: make(rows[k], shape.position, shape.rotation))
+
+
+def _some_left(count: int, fewest: int) -> Iterator[NDArray[np.bool_]]:
+    """Which of so many parts are left: without half of them, without a quarter, and without one."""
+    for left_out in dict.fromkeys([count // 2, count // 4, 1]):
+        if left_out and count - left_out >= fewest:
+            for start in range(0, min(count, MOST_PARTS * left_out), left_out):
+                yield (np.arange(count) < start) | (np.arange(count) >= start + left_out)
 
 
 def _mesh(vertices: Array, triangles: NDArray[np.int64], like: Polyhedron) -> Proxy | None:

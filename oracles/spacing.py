@@ -18,8 +18,8 @@ def gap_of(scene: Scene) -> float:
     return float(sigma[0]) if np.isfinite(sigma[0]) else 0.0
 
 
-def kept_apart(scenes: list[Scene], gaps: list[float]) -> list[Scene]:
-    """The scenes with B moved along the normal to each of the gaps, gap by gap."""
+def kept_apart(scenes: list[Scene], gaps: list[float], *, moving_a: bool = False) -> list[Scene]:
+    """The scenes with B moved along the normal to each of the gaps, gap by gap; or with A moved instead."""
     found: list[Scene] = []
     for group in by_form(scenes):
         every = [scene for _ in gaps for scene in group]
@@ -29,5 +29,9 @@ def kept_apart(scenes: list[Scene], gaps: list[float]) -> list[Scene]:
                 _, placed = Draft(a, b, np.repeat(gaps, len(group)), np.ones(len(every), dtype=bool)).settled()
         except (ShapeError, ValueError):
             continue
-        found += [replace(scene, b=placed[i]) for i, scene in enumerate(every)]
+        if moving_a:
+            moves = b.reference_point - placed.reference_point
+            found += [replace(scene, a=scene.a.translated(move)) for scene, move in zip(every, moves, strict=True)]
+        else:
+            found += [replace(scene, b=placed[i]) for i, scene in enumerate(every)]
     return found

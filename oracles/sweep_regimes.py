@@ -98,19 +98,12 @@ def _straight(draws: Draws, kinds: Kinds, recipe: Recipe, ways: Array, time: Arr
 
 
 @regime
-def head_on(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
-    """Along the normal, B at rest or moving as well: the formulas of one dimension."""
-    ways = draws.choice((2.0, 1.0, 4.0))
-    return _straight(draws, (kind_a, kind_b), TOUCHING, ways, draws.choice(TIMES))
-
-
-@regime
-def oblique(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
-    """In any direction, both moving: only the relative motion counts."""
-    meeting = _Meeting.of(draws, (kind_a, kind_b), TOUCHING)
-    ahead = scale(draws.uniform(0.2, 4.0) * meeting.length, meeting.normal)
-    aside = scale(draws.uniform(0.0, 4.0) * meeting.length, meeting.aside(draws))
-    return meeting.coming(draws, draws.uniform(0.0, 1.0), ahead + aside)
+def meeting(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
+    """Head on or in any direction, B at rest or moving as well: only the relative motion counts."""
+    found = _Meeting.of(draws, (kind_a, kind_b), TOUCHING)
+    ahead = scale(draws.choice((2.0, 1.0, 4.0)) * found.length, found.normal)
+    aside = scale(draws.choice((0.0, 1.0, 1.0)) * draws.uniform(0.0, 4.0) * found.length, found.aside(draws))
+    return found.coming(draws, draws.uniform(0.05, 0.95), ahead + aside)
 
 
 @regime
@@ -183,13 +176,6 @@ def overlapping(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept
     return inside.coming(draws, np.zeros(draws.n), scale(meeting.length, draws.uniform(-1.0, 1.0, 3)))
 
 
-@regime
-def passing(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
-    """Wherever chance takes them: most miss each other, and no engine may say otherwise."""
-    a, b = Recipe(generic).draft(draws, kind_a, kind_b).settled()
-    return a, b, Course.translating(draws.uniform(-4.0, 4.0, 3), draws.choice((0.0, 1.0, -2.0), 3))
-
-
 def _turning(draws: Draws, swept: Swept) -> Swept:
     """The same with each side that can turn turning about its own place."""
     a, b, course = swept
@@ -209,20 +195,19 @@ def _turning(draws: Draws, swept: Swept) -> Swept:
     return a, b, Course(*sides)
 
 
+@regime
 def turning(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
-    """Both turn by up to half a turn, many about their way as screws do: contact comes when no straight way has it."""
-    meeting = _Meeting.of(draws, (kind_a, kind_b), TOUCHING)
-    approach = scale(draws.choice((2.0, 1.0)) * meeting.length, meeting.normal)
-    return _turning(draws, meeting.coming(draws, draws.choice(TIMES), approach))
+    """Turning by up to half a turn, in place or on their way, many as screws: corners and ends come first."""
+    found = _Meeting.of(draws, (kind_a, kind_b), TOUCHING)
+    in_place = draws.choice((0.0, 1.0)) == 1
+    gap = np.where(in_place, draws.choice((0.05, 0.01, 0.2)), 0.0)
+    apart = _Meeting(found.a.translated(-scale(gap * found.length, found.normal)), found.b, found.normal, found.length)
+    ways = np.where(in_place, 0.0, draws.choice((2.0, 1.0)))
+    along = np.where(in_place, 0.0, draws.choice((0.0, 0.5)))
+    approach = scale(ways * found.length, found.normal)
+    beside = scale(along * found.length, draws.uniform(-1.0, 1.0, 3))
+    return _turning(draws, apart.back(draws.choice(TIMES), approach, beside))
 
 
-def turning_in_place(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
-    """A corner or an end swings to the other body while the places stay: sweeps of the ends alone see nothing."""
-    meeting = _Meeting.of(draws, (kind_a, kind_b), TOUCHING)
-    gap = scale(draws.choice((0.05, 0.01, 0.2)) * meeting.length, meeting.normal)
-    apart = _Meeting(meeting.a.translated(-gap), meeting.b, meeting.normal, meeting.length)
-    return _turning(draws, apart.back(np.zeros(draws.n), np.zeros((draws.n, 3)), np.zeros((draws.n, 3))))
-
-
-TURNING = frozenset({"sweep_turning", "sweep_turning_in_place"})
+TURNING = frozenset({"sweep_turning"})
 """Regimes in which bodies turn, which not every engine can have."""

@@ -118,22 +118,6 @@ def along_widest(center: Array, begin: Indices) -> Indices:
     return np.lexsort((key, run))
 
 
-def meeting_pairs(tree: BoxTree) -> tuple[Indices, Indices]:
-    """Pairs i < j of items of one tree whose boxes meet."""
-    a = b = np.zeros(1, dtype=np.int64)
-    for level in tree.levels[1:]:
-        a, b = _children(a, b)
-        keep = (a <= b) & (gaps(level.at(a), level.at(b)) == 0)
-        a, b = a[keep], b[keep]
-    first, second = _all_items(tree, a, tree, b)
-    keep = first != second
-    first, second = first[keep], second[keep]
-    low, high = np.minimum(first, second), np.maximum(first, second)
-    keep = gaps(tree.items.at(low), tree.items.at(high)) == 0
-    pairs = np.unique(np.stack([low[keep], high[keep]], axis=1), axis=0)
-    return pairs[:, 0], pairs[:, 1]
-
-
 def near_pairs(
     x: BoxTree, y: BoxTree, rotation: Array, translation: Array, bound: float, nearest: bool = True
 ) -> tuple[Indices, Indices, Array]:

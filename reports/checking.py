@@ -92,7 +92,7 @@ def checked(data: dict[str, Any]) -> Checked:
         if data["certificate"] is None:
             wrong = data.get("kind") == Kind.WRONG and math.isfinite(float(data.get("amount", 0)))
             return Checked(name, scene, fault="no certificate proves it wrong" if wrong else "")
-        certificate = certificate_from_json(data["certificate"], scene)
+        certificate = certificate_from_json(data["certificate"], shown)
         lower, upper = (float(data.get(bound, end)) for bound, end in (("lower", -math.inf), ("upper", math.inf)))
         verdict = Verdict(
             Kind.WRONG,

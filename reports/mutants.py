@@ -86,7 +86,8 @@ def line(found: Hunted, *, markdown: bool) -> str:
     mutant = found.mutant
     when = "never" if found.seconds is None else f"{found.seconds:.1f} s"
     symptoms = "; ".join(dict.fromkeys(bucket.symptom for bucket in found.buckets))
-    said = "; ".join([*(f"FAULT: {fault}" for fault in found.faults), symptoms])
+    problems = [] if found.found else [visible(problem, limit=LONGEST_WITNESS) for problem in found.problems]
+    said = "; ".join([*(f"FAULT: {fault}" for fault in (*found.faults, *problems)), symptoms])
     shapes = "; ".join(visible(_scene(scene), limit=LONGEST_WITNESS) for scene in found.witnesses[:1])
     odd = ", ".join(str(odd_numbers(scene)) for scene in found.witnesses)
     cells = (mutant.name, f"{mutant.query} {mutant.pair}", when, str(len(found.buckets)), odd, said, shapes)

@@ -155,7 +155,8 @@ def bucket_from_data(data: dict[str, Any]) -> Bucket:
 
 def finding_from_data(data: dict[str, Any]) -> Finding:
     """Rebuild the finding that a bucket shows; raises whatever its damage ends in (`DAMAGE`)."""
-    scene, about = Scene.from_json(data["scene"]), data["proof_scene"]
+    scene = Scene.from_json(data["scene"])
+    about = None if data["proof_scene"] is None else Scene.from_json(data["proof_scene"])
     certificate, severity = data["certificate"], data["severity"]
     verdict = Verdict(
         Kind(data["kind"]),
@@ -163,8 +164,8 @@ def finding_from_data(data: dict[str, Any]) -> Finding:
         None if severity is None else Severity(severity),
         **{name: float(data[name]) for name in NUMBERS},
         claim=_word(data["claim"]),
-        certificate=None if certificate is None else certificate_from_json(certificate, scene),
-        proof_scene=None if about is None else Scene.from_json(about),
+        certificate=None if certificate is None else certificate_from_json(certificate, about or scene),
+        proof_scene=about,
     )
     other = data["related"]
     related = None

@@ -38,7 +38,7 @@ def agree(structures, rng, dimension):
         assert np.array_equal(tree.query_rays(origin, way, length), hit), type(tree)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([2, 3]), st.sampled_from([0, 1, 2, 5, 60, 180]))
 def test_any_history_gives_what_brute_force_gives(seed, dimension, count):
     rng = np.random.default_rng(seed)
@@ -61,7 +61,7 @@ def test_any_history_gives_what_brute_force_gives(seed, dimension, count):
         agree(every, rng, dimension)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.lists(st.tuples(*[NUMBERS] * 6), min_size=1, max_size=70))
 def test_any_corners_give_what_brute_force_gives(rows):
     corners = np.array(rows).reshape(-1, 2, 3)
@@ -185,7 +185,7 @@ def test_nearest_points_are_those_of_scipy(dimension, count):
         assert np.allclose(found, distance, rtol=1e-15, atol=0)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([2, 3]), st.integers(1, 90), st.integers(1, 12))
 def test_nearest_boxes_are_the_first_of_all_by_distance_and_id(seed, dimension, number, count):
     """Whole coordinates: many distances are equal, and the smaller id comes first."""

@@ -175,6 +175,34 @@ def test_by_default_a_box_has_the_inertia_of_its_shape_and_not_the_scenes(worker
     assert Judges(ENGINES["pybullet-defaults"]).convict(scene, answers).kind is Kind.CONVENTION
 
 
+def test_moments_about_a_box_s_own_axes_are_all_that_bullet_is_told(workers: dict[str, EngineWorker]) -> None:
+    """A box that lands on a corner, whose inertia has other axes than it has itself: right for what Bullet can hold."""
+    box = Box([0, 0, 0], [0.5, 0.5, 1.0], [1, 1, 0, 2])
+    still = Moving(np.zeros(3), np.zeros(3), np.zeros(3), np.asarray(0.0), np.eye(3))
+    body = Moving(np.zeros(3), np.array([0.0, 0, -1]), np.zeros(3), np.asarray(1.0), np.diag([1.0, 2.0, 2.0]))
+    motion = Motion(still, body, np.array([-0.5, 0.5, -1]), np.array([0.0, 0, 1]), np.asarray(0.0), np.asarray(0.0))
+    scene = Scene(IMPACT, HalfSpace([0, 0, 1], 1), box, "here", "", motion)
+    answers = workers["bullet"].answer(IMPACT, HalfSpace, Box, *(row[None] for row in scene.rows))
+    assert Judges(ENGINES["bullet"]).convict(scene, answers).kind is Kind.CONVENTION
+    (batch,) = Batch.draw_impacts((HalfSpace, Box), 3, (0,), 20)
+    assert batch.motion is not None
+    held = ENGINES["bullet"].effective_motion(HalfSpace, Box, batch.motion, (batch.a.pack(), batch.b.pack()))
+    np.testing.assert_allclose(held.b.inertia, batch.motion.b.inertia, rtol=1e-12, atol=1e-300)
+
+
+def test_what_breaks_a_law_with_both_inertias_is_named_by_that_law(workers: dict[str, EngineWorker]) -> None:
+    """Angular momentum is kept with what Bullet can hold of this inertia; energy is gained either way."""
+    capsule = Capsule([0, 0, 0], [0, 1, 2], 1)
+    inertia = np.array([[1.0, 0.5, 0], [0.5, 1, 0], [0, 0, 1]])
+    moving = Moving(np.array([0, 0.5, 1]), np.array([-1.0, 0, -1]), np.array([1.0, 0, 1]), np.asarray(1.0), inertia)
+    still = Moving(np.zeros(3), np.zeros(3), np.zeros(3), np.asarray(0.0), np.eye(3))
+    motion = Motion(moving, still, np.array([0.0, 0, -1]), np.array([0.0, 0, -1]), np.asarray(1.0), np.asarray(1.0))
+    scene = Scene(IMPACT, capsule, HalfSpace([0, 0, 1], 1), "here", "", motion)
+    answers = workers["bullet"].answer(IMPACT, Capsule, HalfSpace, *(row[None] for row in scene.rows))
+    verdict = Judges(ENGINES["bullet"]).convict(scene, answers)
+    assert (verdict.kind, verdict.symptom) == (Kind.WRONG, "energy is gained")
+
+
 def test_by_default_velocities_are_clamped_and_slow_ones_do_not_bounce(workers: dict[str, EngineWorker]) -> None:
     (batch,) = Batch.draw_impacts((Sphere, HalfSpace), 5, (0,), 20)
     assert batch.motion is not None

@@ -207,6 +207,9 @@ def test_what_does_not_come_again_is_one_bucket_whatever_the_scenes() -> None:
     assert [(bucket.degeneracy, bucket.decade) for bucket in buckets] == [("not repeatable", None)]
     assert "not repeatable" in buckets[0].key
     assert not buckets[0].witness.repeats
+    assert odd_numbers(buckets[0].witness.scene) == 0
+    lower, upper = check(buckets[0].witness.verdict.certificate, *sides(buckets[0].witness))  # type: ignore[arg-type]
+    assert not lower <= buckets[0].witness.answer["distance"] <= upper
 
 
 class Remembering(Honest):
@@ -225,16 +228,45 @@ class ForgettingBench(Bench):
         self.engine.kept.clear()  # type: ignore[attr-defined]
 
 
-def test_what_fails_only_after_other_scenes_does_not_come_again() -> None:
-    bench, cell = ForgettingBench(Remembering()), Cell(DISTANCE, Sphere, Sphere)
-    pairs = [Scene(DISTANCE, Sphere([1.0, 0.0, 0.0], 1.0), Sphere([x, 0.0, 0.0], 1.0), "generic") for x in (4.0, 5.0)]
+def remembered(engine: Honest, *places: float) -> tuple[Bench, Finding]:
+    """A finding on the last of some scenes with the same A, which was asked before."""
+    bench, cell = ForgettingBench(engine), Cell(DISTANCE, Sphere, Sphere)
+    pairs = [Scene(DISTANCE, Sphere([1.1, 0.0, 0.0], 1.0), Sphere([x, 0.0, 0.0], 1.0), "generic") for x in places]
     rows = tuple(np.stack([scene.rows[i] for scene in pairs]) for i in range(2))
-    second = take(bench.answer(cell, rows), [1])
-    finding = finding_of("honest", pairs[1], second, bench.judges.convict(pairs[1], second))
+    last = take(bench.answer(cell, rows), [len(pairs) - 1])
+    finding = finding_of("honest", pairs[-1], last, bench.judges.convict(pairs[-1], last))
     assert finding.verdict.kind is Kind.WRONG
+    return bench, finding
+
+
+def test_what_fails_only_after_other_scenes_does_not_come_again_but_in_a_row_of_plain_ones() -> None:
+    bench, finding = remembered(Remembering(), 4.0, 5.0)
+    shrunk = shrink(finding, bench)
+    assert not shrunk.repeats
+    assert odd_numbers(shrunk.scene) == 0 < odd_numbers(finding.scene)
+    assert (shrunk.verdict.symptom, shrunk.scene.regime) == (finding.verdict.symptom, finding.scene.regime)
+    lower, upper = check(shrunk.verdict.certificate, *sides(shrunk))  # type: ignore[arg-type]
+    assert not lower <= shrunk.answer["distance"] <= upper
+
+
+class RememberingOdd(Remembering):
+    """Remembers only what has an odd first number: it is right in a row of plain scenes."""
+
+    def solver(self, query: str, A: type[Proxy], B: type[Proxy]) -> Callable[[Row, Row], AnswerRow]:
+        again, right = super().solver(query, A, B), Honest.solver(self, query, A, B)
+        return lambda a, b: again(a, b) if a[0] == 1.1 else right(a, b)
+
+
+def test_what_fails_only_after_odd_scenes_stays_as_it_was_found() -> None:
+    bench, finding = remembered(RememberingOdd(), 4.0, 5.0)
     shrunk = shrink(finding, bench)
     assert not shrunk.repeats
     assert shrunk.scene.id == finding.scene.id
+
+
+def sides(finding: Finding) -> tuple[Proxy, Proxy]:
+    about = finding.verdict.proof_scene or finding.scene
+    return about.a, about.b
 
 
 class Lost(Bench):

@@ -185,7 +185,7 @@ def test_the_right_engine_is_never_wrong(pair: Any, drawn: dict[tuple[Any, Any],
     for i in np.flatnonzero(screening.kind != Kind.AGREES):
         assert Judges(engine).convict(batch.scene(SWEEP, int(i)), take(answers, [i])).kind is Kind.AGREES
     hits = {batch.regimes[i] for i in np.flatnonzero(answers.hit == 1)}
-    assert len(hits) >= 9
+    assert len(hits) >= 8
     assert "sweep_just_missing" not in hits
 
 

@@ -37,11 +37,14 @@ from refimpl import (
     sweep,
     swept,
 )
+from refimpl.pairs import TABLE
 from refimpl.proof import InvalidCertificate, Meets, Separated, SweepCertificate, certify_sweep, check_sweep
 from refimpl.proof.sweeps import Clear
 from refimpl.proof.wire import sweep_certificate_from_json, sweep_certificate_to_json
 from refimpl.proxy import Proxy
 from refimpl.sweeps import SweptShape
+from refimpl.sweeps.methods import methods_of
+from reports.vs import as_markdown
 from tests.solids import L_SHAPE, prism
 
 RNG = np.random.default_rng(20)
@@ -239,6 +242,25 @@ def test_what_overlaps_from_the_start_meets_at_0() -> None:
             assert np.all(np.isnan(found.normal))
 
 
+TOUCHING: list[tuple[Proxy, Proxy]] = [
+    (Box((-3, 3, 0.5), (2, 1.5, 0.25), (0, 1, 0, 1)), Cylinder((-1.75, 1.5, 1), (-1.75, 1, 1), 1.0)),
+    (Sphere((0, 0, 0), 1.0), Box((2, 0, 0), (1, 1, 1), (0, 0, 0, 1))),
+    (
+        AABB((0, 0, 0), (1, 1, 1)),
+        ConvexPolyhedron.from_vertices(np.array([[1, 1, 1], [2, 1, 1], [1, 2, 1], [1, 1, 2]])),
+    ),
+    (Polyhedron(*prism(L_SHAPE)), Sphere((3.0, 0.5, 0.5), 1.0)),
+    (HalfSpace((0, 0, 1), 0.0), Ellipsoid((0, 0, 2), (1, 1, 2), (0, 0, 0, 1))),
+]
+
+
+@pytest.mark.parametrize(("a", "b"), TOUCHING)
+def test_what_touches_at_the_start_meets_there_whatever_the_way(a: Proxy, b: Proxy) -> None:
+    for way in ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.5, 0.0)):
+        assert sweep(a, b, None, Translation(way)).t == 0.0
+        assert certify_sweep(a, b, None, Translation(way)).upper == 0.0
+
+
 def test_motions_that_doubles_cannot_subtract_are_taken_as_they_are() -> None:
     """v_B − v_A rounds to 1e16, which is 1 too little; the proof knows of that."""
     a, b = Sphere((0.0, 0.0, 0.0), 1.0), Sphere((1e16, 0.0, 0.0), 1.0)
@@ -373,3 +395,11 @@ def test_bad_input_is_named() -> None:
     for data in ({"kind": "clear"}, {"kind": "sweep certificate", "claims": 3}, [], None):
         with pytest.raises(InvalidCertificate):
             sweep_certificate_from_json(data)
+
+
+def test_every_pair_of_the_table_names_its_methods() -> None:
+    for a, b in TABLE:
+        named = methods_of(a, b)
+        assert (named is None) == (a is Ray)
+    assert methods_of(Sphere, HalfSpace) == ("height over speed", "conservative advancement")
+    assert "translation" in as_markdown()

@@ -50,8 +50,8 @@ def findings(run: Run) -> list[object]:
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, int]:
-    """What an undisturbed run finds, and how many tasks it takes."""
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Path]:
+    """What an undisturbed run finds, and its folder."""
     folder = tmp_path_factory.mktemp("recorded")
     run = campaign(folder=folder)
     assert run.buckets
@@ -59,12 +59,24 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, int]:
     assert run.hunters["hypothesis"] > 20
     tasks = [path.name.partition("-")[0] for path in (folder / FOLDER).iterdir()]
     assert Counter(tasks) >= Counter(bulk=2, hunt=1, shrink=1)
-    return run, len(tasks)
+    return run, folder
 
 
 @pytest.fixture
-def undisturbed(recorded: tuple[Run, int]) -> Run:
+def undisturbed(recorded: tuple[Run, Path]) -> Run:
     return recorded[0]
+
+
+@pytest.fixture
+def record(recorded: tuple[Run, Path], tmp_path: Path) -> Path:
+    """The undisturbed run's folder, to be changed."""
+    return shutil.copytree(recorded[1], tmp_path / "record")
+
+
+@pytest.fixture
+def every(recorded: tuple[Run, Path]) -> int:
+    """How many tasks the undisturbed run took."""
+    return len(list((recorded[1] / FOLDER).iterdir()))
 
 
 @pytest.mark.parametrize("executor", [lambda: Crew(3), lambda: ThreadPoolExecutor(2)])
@@ -98,9 +110,8 @@ class Impatient:
 
 @pytest.mark.parametrize(("tasks", "executor"), [(1, Here), (3, lambda: Crew(2))])
 def test_an_interrupted_run_goes_on_to_the_same_end(
-    recorded: tuple[Run, int], tmp_path: Path, tasks: int, executor: Callable[[], Executor]
+    undisturbed: Run, every: int, tmp_path: Path, tasks: int, executor: Callable[[], Executor]
 ) -> None:
-    undisturbed, every = recorded
     first = campaign(executor(), folder=tmp_path, listener=Impatient(tasks))
     assert first.interrupted
     assert first.digest != undisturbed.digest
@@ -140,18 +151,15 @@ def test_a_run_with_a_budget_goes_on_with_a_new_one(tmp_path: Path) -> None:
         ({"call_limit": 0.25}, "call limit was 0.5, is 0.25"),
     ],
 )
-def test_a_record_of_other_options_is_refused(tmp_path: Path, change: Any, named: str) -> None:
-    campaign(folder=tmp_path, passes=1)
+def test_a_record_of_other_options_is_refused(record: Path, change: Any, named: str) -> None:
     with pytest.raises(RecordError, match=named):
-        campaign(folder=tmp_path, resume=True, **change)
+        campaign(folder=record, resume=True, **change)
 
 
-def test_a_damaged_file_costs_its_task_and_a_line(recorded: tuple[Run, int], tmp_path: Path) -> None:
-    undisturbed, every = recorded
-    campaign(folder=tmp_path)
-    path = sorted((tmp_path / FOLDER).iterdir())[1]
+def test_a_damaged_file_costs_its_task_and_a_line(undisturbed: Run, every: int, record: Path) -> None:
+    path = sorted((record / FOLDER).iterdir())[1]
     path.write_bytes(path.read_bytes()[:-7])
-    found = campaign(folder=tmp_path, resume=True)
+    found = campaign(folder=record, resume=True)
     assert found.recalled == every - 1
     assert [path.name in line for line in found.problems] == [True]
     assert findings(found)[:4] == findings(undisturbed)[:4]

@@ -16,6 +16,7 @@ by the margin, but not against spheres. There is no algorithm for two meshes, or
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import metadata
 from typing import ClassVar
 
@@ -44,6 +45,7 @@ from oracles.engines.bullet_scripts import script, sweep_script
 from oracles.engines.bullet_shapes import MARGIN, NO_ELLIPSOID, on_grid, place, ray_of
 from oracles.engines.bullet_world import World, import_bullet
 from oracles.keeping import kept_by_rows
+from oracles.motion import Motion
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP
 from refimpl.shapes import (
     AABB,
@@ -167,6 +169,11 @@ class BulletEngine(Engine):
         sharp = HalfSpace in (A, B) or _by_axes(query, A, B)
         bare = query in RAY_TESTS or A in (Point, Sphere) or B in (Point, Sphere)
         return _effective(A, rows_a, sharp, bare), _effective(B, rows_b, sharp, bare)
+
+    def effective_motion(self, A: Kind, B: Kind, motion: Motion, rows: tuple[Array, Array]) -> Motion:
+        """Leave bodies the moments of inertia about their own axes: Bullet has no others."""
+        a, b = (impacts.as_held(*body) for body in zip((A, B), motion.bodies, rows, strict=True))
+        return replace(motion, a=a, b=b)
 
     def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
         """Rays from inside, the axes that contacts of boxes prefer, and the law of friction."""

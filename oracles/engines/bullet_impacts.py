@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -38,6 +39,7 @@ from oracles.engines.bullet_scripts import shape_text
 from oracles.engines.bullet_shapes import PLANE, SPHERE, Placed, place
 from oracles.engines.bullet_world import World
 from oracles.motion import WIDTH, Motion, Moving
+from refimpl import HalfSpace
 from refimpl.linear import rotation_matrix
 
 STRICT: Mapping[str, float] = MappingProxyType(
@@ -115,8 +117,20 @@ def _thrown(placed: Placed, body: Moving, restitution: float, friction: float, s
 
 def own_moments(inertia: Array, orientation: list[float]) -> list[float]:
     """Moments of inertia (3,) about the body's own axes."""
-    turn = rotation_matrix(np.array(orientation))
-    return np.diagonal(turn.T @ inertia @ turn).tolist()  # type: ignore[no-any-return]
+    return _moments(inertia, rotation_matrix(np.array(orientation))).tolist()  # type: ignore[no-any-return]
+
+
+def _moments(inertia: Array, turns: Array) -> Array:
+    return np.diagonal(np.swapaxes(turns, -1, -2) @ inertia @ turns, axis1=-2, axis2=-1)
+
+
+def as_held(kind: Kind, body: Moving, rows: Array) -> Moving:
+    """Leave out what Bullet cannot hold of some bodies' inertia: it keeps the moments about the shape's own axes."""
+    if kind is HalfSpace:
+        return body
+    turns = rotation_matrix(np.array([place(kind, row, 0.0)[0].orientation for row in rows.tolist()]).reshape(-1, 4))
+    held = turns * _moments(body.inertia, turns)[:, None, :] @ np.swapaxes(turns, -1, -2)
+    return replace(body, inertia=(held + np.swapaxes(held, -1, -2)) / 2)
 
 
 class ImpactWorld(World):

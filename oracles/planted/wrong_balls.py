@@ -46,7 +46,10 @@ class UnsignedInside(Planted):
 
 @wrong(DISTANCE, "Sphere–Capsule", SHORT, OFF_SHAPE)
 class CapsMissing(Planted):
-    """The segment is never clamped: the rod goes on beyond its ends."""
+    """The segment is never clamped: the rod goes on beyond its ends.
+
+    Just beyond an end the distance is too small by the square only of what the witness is off the rod by.
+    """
 
     def on_segment(self, p: Vec, q: Vec, way: Vec, share: float) -> Vec:
         return along(p, share, way)
@@ -60,7 +63,12 @@ class OneCapMissing(Planted):
         return q if share >= 1 else along(p, share, way)
 
 
-@wrong(DISTANCE, "Point–Capsule", LONG)
+# A wrong place on the axis tilts the normal as well. Where that place is nearer than the surface, the tilt shows before
+# the distance does: that grows by d·θ²/2 for an axis at a distance d, but what has been moved by a depth of about r
+# along a normal that is tilted by θ overlaps still, by r·θ²/2. So what is deep inside may be STUCK at a right distance.
+
+
+@wrong(DISTANCE, "Point–Capsule", LONG, STUCK)
 class ClampedAtHalf(Planted):
     """A wrong clamp: the share along the segment ends at a half instead of at 1."""
 

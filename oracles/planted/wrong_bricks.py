@@ -106,7 +106,11 @@ class DepthFromCenters(Planted):
 
 @wrong(DISTANCE, "Capsule–Box", LONG, STUCK)
 class GjkLeavesEarly(Planted):
-    """An early exit in GJK: after two steps the search is over."""
+    """An early exit in GJK: after two steps the search is over.
+
+    Of a box that is small and deep inside of a rod the distance is right to rounding, and the normal is not: see
+    `wrong_balls.ClampedAtHalf`.
+    """
 
     def most_steps(self) -> int:
         return 2

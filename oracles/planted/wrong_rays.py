@@ -62,7 +62,10 @@ class HitsBehind(Planted):
 
 @wrong(RAYCAST, "Ray–HalfSpace", RAY_FALSE, RAY_OFF)
 class PlaneBehind(Planted):
-    """A dropped case: rays that go away from the plane hit it, too."""
+    """A dropped case: rays that go away from the plane hit it, too.
+
+    One that starts above it by no more than the tolerance may hit it; but not where it says, at twice that height.
+    """
 
     def ray_plane(self, ray: Line, plane: Plane) -> Hit | None:
         height, slope = plane.height(ray.origin), dot(plane.normal, ray.direction)
@@ -143,9 +146,12 @@ class AlongAxisMissed(Planted):
         return [] if abs(dot(ray.direction, rod.axis)) > 1 - 1e-9 else super().caps_of_rod(ray, rod)
 
 
-@wrong(RAYCAST, "Ray–Capsule", RAY_MISSED)
+@wrong(RAYCAST, "Ray–Capsule", RAY_MISSED, RAY_OFF)
 class GrazingMissed(Planted):
-    """An absolute epsilon where a relative one is needed: chords whose squares are under 1e-4 are no hits."""
+    """An absolute epsilon where a relative one is needed: chords whose squares are under 1e-4 are no hits.
+
+    Of a ray that starts beside the rod, the way to its side is never taken for less than 0: a hit where it starts.
+    """
 
     def half_chord(self, radius: float, off: float) -> float:
         half = super().half_chord(radius, off)

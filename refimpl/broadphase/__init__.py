@@ -10,6 +10,8 @@ from refimpl.broadphase.kdtree import KDTree
 from refimpl.broadphase.octree import Octree
 from refimpl.broadphase.protocol import BroadPhase
 from refimpl.broadphase.proxies import Numbered, boxes_of
+from refimpl.broadphase.solidtree import SolidTree
+from refimpl.broadphase.surface import SurfaceTree
 from refimpl.broadphase.sweep import SortAndSweep
 from refimpl.broadphase.table import STRUCTURES, Structure
 
@@ -25,8 +27,10 @@ __all__ = [
     "KDTree",
     "Numbered",
     "Octree",
+    "SolidTree",
     "SortAndSweep",
     "Structure",
+    "SurfaceTree",
     "boxes_of",
     "pairs",
 ]

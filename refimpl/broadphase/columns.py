@@ -41,15 +41,16 @@ class Columns(Level):
         self.begins = lower[order, self.axis]
         self.longest = np.nextafter(np.max((upper - lower)[:, self.axis]), np.inf)
         self.width = len(rows)
-        self.keys = np.sort(self._key(self.low[:, self.across], rank))
+        self.keys = np.sort(self._number(self.low[:, self.across]) * self.width + rank)
         self.members = rows[order[self.keys % self.width]]
 
-    def _key(self, column: Indices, rank: Indices) -> Indices:
-        """Number of a rank in a column, given by its cells across."""
-        number = column[:, 0]
-        for k in range(1, column.shape[1]):
-            number = number * (2 * RIM + 2) + column[:, k]
-        return number * self.width + rank
+    @staticmethod
+    def _number(column: Indices) -> Indices:
+        """Number of a column (..., D − 1), given by its cells across; those beside it may lie one beyond the rim."""
+        number = column[..., 0]
+        for k in range(1, column.shape[-1]):
+            number = number * (2 * RIM + 2) + column[..., k]
+        return number
 
     @property
     def memory(self) -> int:
@@ -81,7 +82,7 @@ class Columns(Level):
         for step in product((-1, 0, 1), repeat=len(self.across)):
             if step < (0,) * len(step):
                 continue
-            there = (column + self._key(np.array([step]), np.zeros(1, dtype=np.int64)) // self.width) * self.width
+            there = (column + self._number(np.array(step))) * self.width
             start = np.searchsorted(self.keys, there + first) if any(step) else place + 1
             count = np.maximum(np.searchsorted(self.keys, there + end) - start, 0)
             for one, other in pieces(start, count):
@@ -99,8 +100,8 @@ class Columns(Level):
         for some in shares(count[few].astype(np.int64)):
             asked = few[some]
             owner, column = covered(low[asked], high[asked])
-            q = asked[owner]
-            start, stop = (np.searchsorted(self.keys, self._key(column, rank[q])) for rank in (first, end))
+            q, there = asked[owner], self._number(column) * self.width
+            start, stop = (np.searchsorted(self.keys, there + rank[q]) for rank in (first, end))
             for entry, place in pieces(start, np.maximum(stop - start, 0)):
                 yield q[entry], self.members[place]
 

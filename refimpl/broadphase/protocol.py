@@ -43,6 +43,7 @@ class BroadPhase(ABC):
     lower: Array
     upper: Array
     static: Bools
+    _by_axis: Corners | None = None
 
     def __init__(self) -> None:
         self._next = 0
@@ -121,6 +122,7 @@ class BroadPhase(ABC):
         if len(low) != len(rows):
             raise ValueError(f"update: {len(rows)} ids, but {len(low)} boxes")
         self.lower[rows], self.upper[rows] = low, up
+        self._by_axis = None
         self._updated(rows)
 
     def remove(self, ids: Any) -> None:
@@ -150,8 +152,8 @@ class BroadPhase(ABC):
             Query index and id, sorted.
         """
         low, up = as_boxes(lower, upper, self.dimension)
-        boxes, asked = Corners.of(self.lower, self.upper), Corners.of(low, up)
-        return self._found(self._near_boxes(low, up), lambda q, rows: meeting(asked, q, boxes, rows))
+        boxes, asked = self._corners(), Corners.of(low, up)
+        return self._found(self._near_boxes, (low, up), lambda q, rows: meeting(asked, q, boxes, rows))
 
     def query_points(self, points: Any) -> Indices:
         """All objects whose boxes contain each of some points (Q, D), finite ones; returns as `query_boxes`."""
@@ -180,7 +182,7 @@ class BroadPhase(ABC):
         def hit(q: Indices, rows: Indices) -> Indices:
             return np.flatnonzero(rays_meet(start[q], way[q], end[q], self.lower[rows], self.upper[rows]))
 
-        return self._found(self._near_rays(start, way, end), hit)
+        return self._found(self._near_rays, (start, way, end), hit)
 
     def query(self, proxies: Proxy | Iterable[Proxy]) -> Indices:
         """All objects whose boxes meet the bounding box of each of some proxies, or the proxy itself if it is a ray.
@@ -237,7 +239,7 @@ class BroadPhase(ABC):
 
     def _true_pairs(self) -> Iterator[Indices]:
         """Keys of the candidates that are pairs."""
-        count, boxes = len(self), Corners.of(self.lower, self.upper)
+        count, boxes = len(self), self._corners()
         for i, j in self._near_pairs() if count else ():
             true = meeting(boxes, i, boxes, j)
             a, b = i[true], j[true]
@@ -245,12 +247,14 @@ class BroadPhase(ABC):
             a, b = a[moving], b[moving]
             yield np.minimum(a, b) * count + np.maximum(a, b)
 
-    def _found(self, candidates: Candidates, true: Callable[[Indices, Indices], Indices]) -> Indices:
-        """Query indices and ids of the candidates at the places that are true."""
+    def _found(
+        self, near: Callable[..., Candidates], asked: tuple[Array, ...], true: Callable[[Indices, Indices], Indices]
+    ) -> Indices:
+        """Query indices and ids of the candidates near what is asked for, those at the places that are true."""
         count = len(self)
 
         def keys() -> Iterator[Indices]:
-            for q, rows in candidates if count else ():
+            for q, rows in near(*asked) if count else ():
                 kept = true(q, rows)
                 yield q[kept] * count + rows[kept]
 
@@ -268,6 +272,13 @@ class BroadPhase(ABC):
 
     def _set(self, ids: Indices, lower: Array, upper: Array, static: Bools) -> None:
         self.ids, self.lower, self.upper, self.static = ids, lower, upper, static
+        self._by_axis = None
+
+    def _corners(self) -> Corners:
+        """All boxes, axis by axis; kept until one changes."""
+        if self._by_axis is None:
+            self._by_axis = Corners.of(self.lower, self.upper)
+        return self._by_axis
 
     def _rows(self, ids: Any) -> Indices:
         """Rows of ids."""

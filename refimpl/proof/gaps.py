@@ -47,14 +47,20 @@ class Gap:
 
 
 def gaps(tree: Any, sides: Sides, shift: Exact = ()) -> Iterator[Gap]:
-    """Gaps at the leaves of a tree: every atom of one side meets every atom of the other in one."""
+    """Gaps at the leaves of a tree, with B moved by `shift`."""
+    for node, groups in leaves(tree, sides):
+        yield Gap(node, sides, groups, shift)
+
+
+def leaves(tree: Any, sides: Sides) -> Iterator[tuple[Separated, list[Numbers]]]:
+    """Leaves of a tree, and their atoms of A and B: every atom of one side meets every atom of the other in one."""
     waiting: list[tuple[Any, list[Numbers]]] = [(tree, [range(len(side.atoms)) for side in sides])]
     while waiting:
         node, groups = waiting.pop()
         spend(sum(map(len, groups)))
         if isinstance(node, Separated):
             if all(groups):
-                yield Gap(node, sides, groups, shift)
+                yield node, groups
             continue
         if not isinstance(node, Split):
             raise InvalidCertificate("tree: neither parted nor separated")

@@ -131,7 +131,10 @@ def _short(n: Vector) -> Vector:
 
 
 class Pairs:
-    """A ⊖ B by support points of both, in integers; `way` is the translation of B in the same unit."""
+    """A ⊖ B by support points of both, in integers; `way` is the translation of B in the same unit.
+
+    By no more than `slack` it may reach farther than they do.
+    """
 
     def __init__(self, a: Proxy, b: Proxy, way: Vector, widened: bool) -> None:
         self.reaches = Reach(a, widened), Reach(b, widened)
@@ -139,6 +142,9 @@ class Pairs:
         self.unit = math.lcm(*units, *(Fraction(c).denominator for c in way))
         self.factors = self.unit // units[0], self.unit // units[1]
         self.way = _whole(way, self.unit)
+        drawn = any(reach.round or reach.radius for reach in self.reaches)
+        size = sum(Fraction(reach.body.extent) + reach.body.radius for reach in self.reaches)
+        self.slack = int(size * self.unit) >> BITS - 4 if drawn else 0
 
     def support(self, n: Vector) -> Vertex:
         """Farthest a − b along n."""

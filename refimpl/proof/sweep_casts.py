@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from refimpl.proof.bodies import Mix
 from refimpl.proof.exact import Vertex, smallest
-from refimpl.proof.points import ZERO, Vector, along, dot, exact, minus, opposite, rationals, root
+from refimpl.proof.points import AXES, ZERO, Vector, along, dot, exact, minus, opposite, rationals, root
 from refimpl.proof.rays import Hit, tube
 from refimpl.proof.rays_curved import cylinder, ellipsoid
 from refimpl.proof.rays_polytopes import entry, shares_of
@@ -28,6 +28,7 @@ NARROW = Fraction(1, 1 << 46)
 """Of the time from 0 to 1: an interval as narrow is narrow enough for round proxies."""
 STEPS = 250
 EARLY = Fraction(1, 1 << 80)  # of a time: so much before a graze there is a plane that leaves a gap until then
+MOST = 24  # points that are kept while the time stays what it is
 FINE = 120  # bits of the times at which features are asked for
 
 Ends = tuple[tuple[Vector, Mix], tuple[Vector, Mix]]
@@ -68,20 +69,22 @@ def approach(pairs: Pairs, path: Sequence[Vector], nearest: bool = False) -> Nea
     """Points of A ⊖ B whose hull comes near to a path, and a direction, from A ⊖ B to it, of a plane between them.
 
     The path is the hull of one or two points. The search of Gilbert, Johnson and Keerthi (1988) ends with the first
-    plane that leaves a gap, or, to find the `nearest` points of a polytope, when no plane leaves a wider one.
+    plane that leaves a gap, wider than what round proxies are drawn in; or, to find the `nearest` points of a polytope,
+    when no plane leaves a wider one.
     """
 
     def beyond(n: Vector) -> Vertex:
         vertex, end = pairs.support(n), min(path, key=lambda p: dot(n, p))
         return vertex._replace(y=minus(vertex.y, end))
 
-    simplex = [beyond(opposite(pairs.way))]
+    simplex = [beyond(opposite(pairs.way) if any(pairs.way) else AXES[0])]
     for _ in range(STEPS):
         simplex, weights, direction = smallest(simplex)
         if not any(direction):
             return Near(simplex, weights, ZERO)
         new = beyond(opposite(direction))
-        if dot(direction, new.y) >= (dot(direction, simplex[0].y) if nearest else 1):
+        height = dot(direction, new.y)
+        if height >= dot(direction, simplex[0].y) if nearest else _is_beyond(direction, height, pairs.slack) > 0:
             return Near(simplex, weights, opposite(direction))
         simplex.append(new)
     raise Undecided
@@ -106,7 +109,7 @@ def flat(pairs: Pairs, narrow: Fraction = Fraction(0)) -> Contact | Miss:
             return _inside(pairs)
         if time - low <= narrow:
             return Contact(min(low, time), best, time, pairs.mean(held, shares_of(found, pairs.way)))
-        chosen = [*(held if last is None or time < last else chosen), new]
+        chosen = [*(held if last is None or time < last else chosen[-MOST:]), new]  # all of them, lest it goes round
         last = time
     raise Undecided
 
@@ -144,6 +147,9 @@ def rounded(pairs: Pairs, radius: Fraction) -> Contact | Miss:
     facet. It is the one that is nearest at a time before the contact, up to which planes have shown that there is none.
     """
     room = radius * pairs.unit
+    start = _touching(pairs, [Fraction(0)], radius)
+    if start is not None:
+        return Contact(Fraction(0), ZERO, *start)
     near = approach(pairs, [ZERO, pairs.way], nearest=True)
     if _is_beyond(near.normal, -dot(near.normal, near.carriers[0].y), room) > 0:
         return Miss(near.normal)
@@ -157,7 +163,7 @@ def rounded(pairs: Pairs, radius: Fraction) -> Contact | Miss:
                 hit = hit._replace(low=hit.low * (1 - EARLY))
                 n = opposite(hit.normal(hit.low))
             gap = hit.low * dot(n, pairs.way) - dot(n, pairs.support(n).y)
-            ends = _touching(pairs, hit, radius) if _is_beyond(n, gap, room) >= 0 else None
+            ends = _touching(pairs, [hit.high, hit.within], radius) if _is_beyond(n, gap, room) >= 0 else None
             if ends is not None:
                 return Contact(hit.low, n, *ends)
         rate = dot(near.normal, pairs.way)
@@ -171,7 +177,7 @@ def rounded(pairs: Pairs, radius: Fraction) -> Contact | Miss:
     raise Undecided
 
 
-def _is_beyond(n: Vector, height: Fraction, room: Fraction) -> int:
+def _is_beyond(n: Vector, height: Any, room: Any) -> int:
     """Sign of how much farther than `room` along a direction a plane is, whose height is given in its length."""
     if height < 0 or not any(n):
         return -1
@@ -192,12 +198,12 @@ def _feature(points: Sequence[Vector], way: Vector, room: Fraction, n: Vector) -
     return Hit(early, late, late, lambda _: opposite(n))
 
 
-def _touching(pairs: Pairs, hit: Hit, radius: Fraction) -> tuple[Fraction, Ends] | None:
-    """A time of contact, with a point that both have in common between the nearest points of the cores.
+def _touching(pairs: Pairs, times: Sequence[Fraction], radius: Fraction) -> tuple[Fraction, Ends] | None:
+    """The first of some times at which they meet, with a point of both between the nearest points of the cores.
 
     There is none where the ray comes to a facet's plane beside the facet.
     """
-    for late in (hit.high, hit.within):
+    for late in times:
         near = approach(pairs, [along(ZERO, late, pairs.way)], nearest=True)
         (x, mix), (y, other) = pairs.mean(near.carriers, near.weights)
         shift = along(ZERO, Fraction(late) / pairs.unit, pairs.way)
@@ -213,6 +219,8 @@ def landing(half: HalfSpace, other: Proxy, way: Vector) -> Contact | Miss:
     n, k = rationals(half.normal), Fraction(half.k.tolist())
     point, mix, slack = _lowest(other, n)
     height, rate = dot(n, point) + k, -dot(n, way)
+    if height <= 0:
+        return Contact(Fraction(0), ZERO, Fraction(0), ((point, ()), (point, mix)))
     if height - slack > 0 >= rate:
         return Miss(tuple(half.normal.tolist()))
     if rate <= 0:

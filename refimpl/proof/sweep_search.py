@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from contextlib import suppress
 from fractions import Fraction
+
+import numpy as np
 
 from refimpl.motions import Motion, RigidMotion, as_motion
 from refimpl.proof.bodies import Corners, Mix, exactly, numbered
@@ -12,12 +15,12 @@ from refimpl.proof.certify import certify
 from refimpl.proof.checker import sides_of
 from refimpl.proof.claims import Certificate, Claim, Cover, Escape, Place, Separated
 from refimpl.proof.convex import plain
-from refimpl.proof.points import Vector, dot, exact, minus, opposite, rationals, round_down, round_up
+from refimpl.proof.points import Vector, along, dot, exact, minus, opposite, rationals, round_down, round_up
 from refimpl.proof.rational import InvalidCertificate
 from refimpl.proof.reaches import Pairs
 from refimpl.proof.solids import body
 from refimpl.proof.sweep_casts import NARROW, Contact, Miss, Undecided, flat, landing, pointed, rounded
-from refimpl.proof.sweeps import Clear, Meets, SweepCertificate, SweepClaim, check_sweep, clear
+from refimpl.proof.sweeps import Clear, Meets, SweepCertificate, SweepClaim, check_sweep, clear, meets
 from refimpl.shapes import (
     Composite,
     ConvexPolyhedron,
@@ -89,11 +92,33 @@ def _claims(a: Proxy, b: Proxy, way: Vector) -> tuple[SweepClaim, ...]:
         from refimpl.proof.sweep_unions import union_sweep  # noqa: PLC0415  what only unions need
 
         return union_sweep(a, b, way)
-    try:
-        found = first_contact(a, b, way)
-    except Undecided:
+    claims: tuple[SweepClaim, ...] = ()
+    with suppress(Undecided):
+        claims = convex_claims(a, b, way, first_contact(a, b, way))
+    decided = any(isinstance(claim, Meets) or (isinstance(claim, Clear) and claim.until is None) for claim in claims)
+    return claims if decided else (*claims, *_witnessed(a, b, way))
+
+
+def _witnessed(a: Proxy, b: Proxy, way: Vector) -> tuple[Meets, ...]:
+    """A contact at the time and in a point that doubles find, where they happen to be exact."""
+    from refimpl.queries import distance  # noqa: PLC0415  it imports this package
+    from refimpl.sweeps.translations import advance  # noqa: PLC0415
+
+    course = np.array([float(c) for c in way])
+    t = float(advance(a.broadcast_to((1,)), b.broadcast_to((1,)), course[None]).t[0])
+    if t > 1:
         return ()
-    return convex_claims(a, b, way, found)
+    near = distance(a, b.translated(t * course))
+    for point in (near.on_a, near.on_b, 0.5 * (near.on_a + near.on_b)):
+        on_a = rationals(point)
+        claim = Meets(t, on_a, along(on_a, -Fraction(t), way))
+        try:
+            with sides_of(a, b) as sides:
+                meets(claim, sides, way)
+        except InvalidCertificate:
+            continue
+        return (claim,)
+    return ()
 
 
 def _at_start(start: Certificate) -> tuple[Claim, ...]:
@@ -102,7 +127,7 @@ def _at_start(start: Certificate) -> tuple[Claim, ...]:
 
 def _staying(start: Certificate, way: Vector) -> Clear | None:
     """A plane that keeps the proxies apart at the start, and from which they move away."""
-    for claim in start.claims:
+    for claim in start.claims if start.lower > 0 else ():
         if isinstance(claim, Separated) and dot(exact(claim.n), way) >= 0:
             return Clear(claim)
         if isinstance(claim, Cover) and not any(way):
@@ -143,7 +168,7 @@ def mirrored(found: Contact | Miss) -> Contact | Miss:
 
 def convex_claims(a: Proxy, b: Proxy, way: Vector, found: Contact | Miss) -> tuple[SweepClaim, ...]:
     """Claims about two convex proxies: in doubles, or in exact numbers where those do not prove as much."""
-    ways = dict.fromkeys((plain(found.normal), found.normal))
+    ways = dict.fromkeys((plain(found.normal), found.normal)) if any(found.normal) else {}
     never = [Clear(separated(a, b, n)) for n in ways]
     if isinstance(found, Miss):
         return first_proven(a, b, way, never)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from fractions import Fraction
 
 import numpy as np
@@ -31,20 +32,12 @@ from refimpl.sweeps.unions import in_turn
 
 CLEAR = 1e-9  # relative to the scene: atoms so far from each other all the way need one direction only
 FIRST = 1e-9  # so little later in doubles than the first contact, a pair of atoms may meet first
-PAIRS = 60  # of atoms, that are looked at exactly
+PAIRS, MANY = 60, 1000  # of atoms, that are looked at exactly
 
 
 def union_sweep(a: Proxy, b: Proxy, way: Vector) -> tuple[SweepClaim, ...]:
     """Make claims about unions that are apart at the start, of which `b` moves along `way`."""
-    of_a, of_b = atoms_of(a), atoms_of(b)
-    found: list[tuple[Contact, Atom, Atom]] = []
-    for i, j in _first_pairs(a, b, doubles(way)):
-        try:
-            contact = first_contact(of_a[i].shape, of_b[j].shape, way)
-        except Undecided:
-            continue
-        if isinstance(contact, Contact) and contact.high <= 1:
-            found.append((contact, of_a[i], of_b[j]))
+    found = _first_contacts(a, b, way, False) or _first_contacts(a, b, way, True)
     size = max(float(a.magnitude), float(b.magnitude), *map(abs, doubles(way)))
     if not found:
         return tuple(_clear(a, b, way, [None], size))
@@ -56,8 +49,22 @@ def union_sweep(a: Proxy, b: Proxy, way: Vector) -> tuple[SweepClaim, ...]:
     return (*_clear(a, b, way, times, size), Meets(first.high, *ends, atom.number, other.number))
 
 
-def _first_pairs(a: Proxy, b: Proxy, way: Vector) -> list[tuple[int, int]]:
-    """Atoms of the pairs that meet first in doubles, or nearly so."""
+def _first_contacts(a: Proxy, b: Proxy, way: Vector, every: bool) -> list[tuple[Contact, Atom, Atom]]:
+    """Contacts of atoms, also the first; of `every` pair that meets in doubles, as the first may only seem to."""
+    of_a, of_b = atoms_of(a), atoms_of(b)
+    found: list[tuple[Contact, Atom, Atom]] = []
+    for t, i, j in _pairs(a, b, doubles(way), every):
+        if found and t > min(contact.high for contact, _, _ in found) + FIRST:
+            break
+        with suppress(Undecided):
+            contact = first_contact(of_a[i].shape, of_b[j].shape, way)
+            if isinstance(contact, Contact) and contact.high <= 1:
+                found.append((contact, of_a[i], of_b[j]))
+    return found
+
+
+def _pairs(a: Proxy, b: Proxy, way: Vector, every: bool) -> list[tuple[float, int, int]]:
+    """Atoms that meet in doubles, or nearly so, by their times; only those that may be the first, or `every` one."""
     found: list[tuple[float, int, int]] = []
     best = math.inf
     motion = Translation(np.array(way, dtype=np.float64))
@@ -72,12 +79,12 @@ def _first_pairs(a: Proxy, b: Proxy, way: Vector) -> list[tuple[int, int]]:
                 else:
                     hit = advance(other.proxies[j], one.proxies[i], -rows)
                 t = np.minimum(hit.t, hit.t_lower)
-                best = min(best, float(np.min(hit.t)))
+                best = math.inf if every else min(best, float(np.min(hit.t)))
                 near = np.flatnonzero(t <= min(best + FIRST, 1 + FIRST))
                 found += zip(
                     t[near].tolist(), one.numbers[i[near]].tolist(), other.numbers[j[near]].tolist(), strict=True
                 )
-    return [(i, j) for t, i, j in sorted(found) if t <= best + FIRST][:PAIRS]
+    return [pair for pair in sorted(found) if pair[0] <= best + FIRST][: MANY if every else PAIRS]
 
 
 class _Sweeping(Directions):

@@ -90,7 +90,7 @@ def check_sweep(
             if isinstance(claim, Clear):
                 lower = clear(claim, sides, way, lower)
             else:
-                upper = min(upper, _meets(claim, sides, way))
+                upper = min(upper, meets(claim, sides, way))
     require(lower <= upper, "the claims contradict each other")
     return lower, upper
 
@@ -116,7 +116,7 @@ def clear(claim: Clear, sides: Sides, way: Exact, start: Bound) -> Bound:
     return math.inf if claim.until is None else end
 
 
-def _meets(claim: Any, sides: Sides, way: Exact) -> Bound:
+def meets(claim: Any, sides: Sides, way: Exact) -> Bound:
     """Time of a contact."""
     if not isinstance(claim, Meets):
         require(bounds_of(claim, sides)[1] <= 0, "not a contact at the start")

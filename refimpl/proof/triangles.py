@@ -7,18 +7,18 @@ may be degenerate: an edge may be a point, a face a segment or a point, for a ti
 **At a time t there is a contact exactly when none of a few exclusions holds.** An exclusion is a tuple of polynomials
 in t, and holds when all are > 0 or all are < 0:
 
-0. the volume of the tetrahedron, a cubic: it holds when the four points are not coplanar;
-1. for each of three axes, the differences of the two sets' points along it: it holds when a plane across the axis
-   separates them;
-2. for each axis, its component of pairs of normals, quadratics. For a face, with u, v, w the corners as seen from p,
-   the normals v × w, w × u, u × v are to each other as the barycentric coordinates of p; two that are opposite exclude
-   a contact. For two edges, the normals of the triangles that one edge makes with each end of the other; two of equal
-   direction mean that both ends are on one side.
+- the volume of the tetrahedron, a cubic: it holds when the four points are not coplanar;
+- for each of the three axes, the differences of the two sets' points along it, linear: it holds when a plane across the
+  axis separates them;
+- for each axis, its component of pairs of normals, quadratics. For a face, with u, v, w the corners as seen from p, the
+  normals v × w, w × u, u × v are to each other as the barycentric coordinates of p; two that are opposite exclude a
+  contact. For two edges, the normals of the triangles that one edge makes with each end of the other; two of equal
+  direction mean that both ends are on one side.
 
-Why nothing else can keep the sets apart: when 0 does not hold, all normals are parallel. If one of them is not 0, it
-has a component that is not 0, and there the signs in 2 are those of barycentric coordinates that sum to 1, or of both
-edges' ends about the other edge. If all are 0, the four points lie on a line, and two closed sets on a line are apart
-exactly when they are along an axis which the line is not across: 1.
+Why nothing else can keep the sets apart: when the volume is 0, all normals are parallel. If one of them is not 0, it
+has a component that is not 0, and there the signs are those of barycentric coordinates that sum to 1, or tell on which
+side of one edge the ends of the other are. If all are 0, the four points lie on a line, and two closed sets on a line
+are apart exactly when they are so along any axis that the line is not across.
 
 Exclusions are open conditions. So where no contact is, finitely many intervals of time cover the time, each with an
 exclusion of one sign there. And a contact is proven by a polynomial g with a root in [low, high]: at that root every

@@ -32,6 +32,7 @@ from refimpl.proof.claims import (
 )
 from refimpl.proof.impacts import Impact, ImpactCertificate, MovingBody, Outcome, Residuals
 from refimpl.proof.rational import MAX_BITS, MAX_ITEMS, InvalidCertificate
+from refimpl.proof.rigid import Boxes, Span, Spans, Touch
 from refimpl.proof.sweeps import Clear, Meets, SweepCertificate
 from refimpl.proof.triangles import TouchCertificate
 from refimpl.proof.vectors import Number, Vector
@@ -287,6 +288,21 @@ def _sweep_claims(data: Any, what: str) -> tuple[Any, ...]:
     return tuple(_read(item, SWEEP_CLAIMS) for item in _items(data, what))
 
 
+def _all_of(name: str) -> Callable[[Any, str], tuple[Any, ...]]:
+    """Reader of a list of objects of one kind."""
+    return lambda data, what: tuple(_read(item, (name,)) for item in _items(data, what))
+
+
+def _six_weights(data: Any, what: str) -> tuple[Any, ...]:
+    """Six lists of shares of the planes of atoms, by their numbers."""
+    pairs = [_items(entry, what, 2) for entry in _items(data, what)]
+    return tuple((_index(i, what), tuple(_weights(w, what) for w in _items(six, what, 6))) for i, six in pairs)
+
+
+def _claim(data: Any, _: str) -> Any:
+    return _read(data, CLAIMS)
+
+
 def _optional_columns(data: Any, what: str) -> tuple[Vector, Vector, Vector] | None:
     return None if data is None else _columns(data, what)
 
@@ -307,6 +323,10 @@ KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
     "piece": (Piece, {"vertices": _vectors, "tree": _tree, "radius": _number}),
     "clear": (Clear, {"tree": _tree, "until": _optional_number, "places": _places}),
     "meets": (Meets, {"time": _number, "a": _place, "b": _place, "of_a": _choice, "of_b": _choice}),
+    "span": (Span, {"before": _tree, "after": _tree, "until": _optional_number}),
+    "spans": (Spans, {"spans": _all_of("span"), "places": _places}),
+    "boxes": (Boxes, {"of_a": _six_weights, "of_b": _six_weights}),
+    "touch": (Touch, {"time": _number, "claim": _claim}),
     "sweep certificate": (SweepCertificate, {"claims": _sweep_claims, "lower": _bound, "upper": _bound}),
     "touch certificate": (TouchCertificate, {"cover": _times, "root": _polynomial, "high": _optional_number}),
     "moving body": (
@@ -345,5 +365,5 @@ KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
 }
 SIMPLE = ("separated", "escape", "near", "common", "core", "inscribed")
 CLAIMS = (*SIMPLE, "cover", "part")
-SWEEP_CLAIMS = (*CLAIMS, "clear", "meets")
+SWEEP_CLAIMS = (*CLAIMS, "clear", "meets", "spans", "boxes", "touch")
 NAMES = {kind: name for name, (kind, _) in KINDS.items()}

@@ -16,9 +16,9 @@ from refimpl.results import SweepHit
 from refimpl.shapes import Point, Ray
 from refimpl.sweeps.stepping import SteppedHit, stepped
 from refimpl.sweeps.swept import SweptShape, swept
-from refimpl.sweeps.translations import earliest, sweep_translation
+from refimpl.sweeps.translations import decided, doubts, earliest, in_doubles, sweep_translation
 from refimpl.sweeps.triangles import Touch, edge_edge, vertex_face
-from refimpl.sweeps.unions import UNIONS, over_pieces
+from refimpl.sweeps.unions import UNIONS, Convex, over_pieces
 
 __all__ = ["SteppedHit", "SweepHit", "SweptShape", "Touch", "edge_edge", "stepped", "sweep", "swept", "vertex_face"]
 
@@ -80,13 +80,19 @@ def _flat(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> SweepHit:
 
         return sweep_rigid(x, y, motion_x, motion_y)
     if isinstance(x, UNIONS) or isinstance(y, UNIONS):
-        return over_pieces(x, y, motion_x, motion_y, _convex, earliest)
-    return _convex(x, y, motion_x, motion_y)
+        found = over_pieces(x, y, motion_x, motion_y, _possible, earliest)
+        return decided(found, doubts(found, x, y, motion_x, motion_y), x, y, motion_x, motion_y)
+    return _in_order(sweep_translation, x, y, motion_x, motion_y)
 
 
-def _convex(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> SweepHit:
+def _possible(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> SweepHit:
+    """Sweep convex pieces in doubles: about what is in doubt, the whole decides."""
+    return _in_order(lambda *moving: in_doubles(*moving)[0], x, y, motion_x, motion_y)
+
+
+def _in_order(function: Convex, x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> SweepHit:
     """Sweep convex proxies in the order of the pair table."""
     if (type(x), type(y)) in TABLE:
-        return sweep_translation(x, y, motion_x, motion_y)
-    found = sweep_translation(y, x, motion_y, motion_x)
+        return function(x, y, motion_x, motion_y)
+    found = function(y, x, motion_y, motion_x)
     return SweepHit(found.hit, found.t, found.point, -found.normal, found.t_lower)

@@ -28,6 +28,8 @@ DOUBT = 2.0**-46
 """Part of the scene by which two proxies may be apart in doubles and in truth touch, and more."""
 GRAZE = 2.0**-11
 """Part of its speed at which B comes nearer to A, at a contact that doubles do not tell well."""
+LATER = 64.0
+"""So many times `DOUBT` deep they should be, soon after they meet."""
 ROUNDING = 2.0**-50
 """Part of the scene by which two proxies may overlap in doubles and in truth be apart."""
 
@@ -55,15 +57,58 @@ def sweep_translation(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) ->
 
     Where doubles do not tell whether two proxies touch that pass each other, exact numbers do.
     """
+    found, doubtful = in_doubles(x, y, motion_x, motion_y)
+    return decided(found, doubtful, x, y, motion_x, motion_y)
+
+
+def in_doubles(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> tuple[SweepHit, Bools]:
+    """First contacts of convex proxies in translation, and which of them are in doubt: those may be none, or later."""
     assert isinstance(motion_x, Translation)
     assert isinstance(motion_y, Translation)
     found = advance(x, y, motion_y.vector - motion_x.vector)
-    for i in np.flatnonzero(found.doubtful):
-        _put(found, i, _decided(found.at(i), x[i], y[i], motion_x[i], motion_y[i]))
     hit = np.isfinite(found.t)
     with np.errstate(over="ignore"):
         point = found.point + scale(np.where(hit, found.t, 0.0), motion_x.vector)
-    return SweepHit(hit, found.t, point, where(found.t > 0, found.normal, np.full(3, np.nan)), found.t_lower)
+    normal = where(found.t > 0, found.normal, np.full(3, np.nan))
+    return SweepHit(hit, found.t, point, normal, found.t_lower), found.doubtful
+
+
+def decided(found: SweepHit, doubtful: Bools, x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> SweepHit:
+    """What exact numbers tell of the rows in doubt; contact, where they do not tell either."""
+    from refimpl.proof.sweep_search import certify_sweep  # noqa: PLC0415  it needs `advance`
+
+    if not np.any(doubtful):
+        return found
+    hit, t, early = np.array(found.hit), np.array(found.t), np.array(found.t_lower)
+    point, normal = np.array(found.point), np.array(found.normal)
+    for i in np.flatnonzero(doubtful):
+        proof = certify_sweep(x[i], y[i], motion_x[i], motion_y[i])
+        early[i] = float(proof.lower)
+        if proof.lower > 1:
+            hit[i], t[i], point[i], normal[i] = False, np.inf, np.nan, np.nan
+        elif proof.upper <= 1:
+            t[i] = float(proof.upper)
+            point[i], normal[i] = _touching(x[i], y[i], motion_x[i], motion_y[i], t[i])
+    return SweepHit(hit, t, point, normal, early)
+
+
+def _touching(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion, t: float) -> tuple[Array, Array]:
+    """Point and normal of a contact at a time; no normal at the start."""
+    near = distance(motion_x.placed(x, t), motion_y.placed(y, t))
+    return 0.5 * (near.on_a + near.on_b), near.normal if t > 0 else np.full(3, np.nan)
+
+
+def doubts(found: SweepHit, x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> Bools:
+    """Which contacts in translation rounding may have made, or moved."""
+    assert isinstance(motion_x, Translation)
+    assert isinstance(motion_y, Translation)
+    way = motion_y.vector - motion_x.vector
+    size = np.maximum(np.maximum(x.magnitude, y.magnitude), largest(way))
+    shallow = _shallow(found.t, found.normal, x, y, way, size)
+    start = np.flatnonzero(found.t == 0)
+    if len(start):
+        shallow[start] = distance(x[start], y[start]).distance > -ROUNDING * size[start]
+    return shallow
 
 
 def advance(x: Proxy, y: Proxy, way: Array) -> Advance:
@@ -137,12 +182,24 @@ def _by_planes(x: Proxy, y: Proxy, way: Array) -> Advance:
         if not len(active):
             break
     found.doubtful[active] = True
-    with np.errstate(invalid="ignore"):
-        slow = -dot(found.normal, way) <= GRAZE * norm(way)
-    found.doubtful[:] |= (found.t > 0) & np.isfinite(found.t) & slow
-    found.doubtful[:] = np.where(found.t == 0, least > -ROUNDING * size, found.doubtful)
+    shallow = _shallow(found.t, found.normal, x, y, way, size)
+    found.doubtful[:] = np.where(found.t == 0, least > -ROUNDING * size, found.doubtful | shallow)
     found.t_lower[:] = np.where(found.t > 0, np.clip(found.t_lower, 0.0, found.t), found.t)
     return found
+
+
+def _shallow(t: Array, normal: Array, x: Proxy, y: Proxy, way: Array, size: Array) -> Bools:
+    """Whether what meets does not overlap a little later by more than rounding, as it would at such a speed."""
+    meets = np.isfinite(t) & (t > 0)
+    with np.errstate(invalid="ignore"):
+        speed = -dot(normal, way)
+        shallow = meets & (speed <= GRAZE * norm(way))
+    rows = np.flatnonzero(meets & ~shallow)
+    if len(rows):
+        later = t[rows] + LATER * DOUBT * size[rows] / speed[rows]
+        depth = -distance(x[rows], y[rows].translated(scale(later, way[rows]))).distance
+        shallow[rows] = depth < DOUBT * size[rows]
+    return shallow
 
 
 def _forget(found: Advance, rows: Any) -> None:
@@ -224,17 +281,3 @@ def earliest(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> Array:
     still = np.all(way == 0, axis=-1)
     found = raycast(Ray(np.zeros_like(way), np.where(still[:, None], 1.0, -way)), grown)
     return np.where((found.t <= 1) & (~still | (found.t == 0)), found.t, np.inf)
-
-
-# ------------------------------------------------------------------------------------------- doubts
-
-
-def _decided(found: Advance, x: Proxy, y: Proxy, motion_x: Translation, motion_y: Translation) -> Advance:
-    """What exact numbers tell of a single pair; contact, where they do not tell either."""
-    from refimpl.proof.sweep_search import certify_sweep  # noqa: PLC0415  it needs `advance`
-
-    proof = certify_sweep(x, y, motion_x, motion_y)
-    if proof.lower > 1:
-        return _nothing(1).at(0)
-    t = np.asarray(float(proof.upper)) if proof.upper <= 1 else found.t
-    return found._replace(t=t, t_lower=np.asarray(float(proof.lower)))

@@ -199,7 +199,7 @@ def show(counts: dict[str, Count], conservative: bool) -> None:
             f"{c.conservative_seconds / max(c.queries, 1) * 1e3:.1f}",
         ]
         table.add_row(name, *map(str, cells + (more if conservative else [])))
-    Console(width=120).print(table)
+    Console(width=150).print(table)
 
 
 if __name__ == "__main__":

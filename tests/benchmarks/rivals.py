@@ -4,26 +4,44 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from refimpl.linear import Array
 
-Rival = tuple[Callable[[Array, float], Any], Callable[[Any], int]]
-"""Builds for centres (N, 3) and a radius; and finds all pairs and says how many."""
+
+class Rival(NamedTuple):
+    """A library: makes what it is to be given of centres (N, 3) and a radius; builds; finds all pairs, and counts them.
+
+    What it is given is made before the clock runs.
+    """
+
+    prepare: Callable[[Array, float], Any]
+    build: Callable[[Any], Any]
+    count: Callable[[Any], int]
+
+
+def as_given(center: Array, radius: float) -> tuple[Array, float]:
+    """Centres, and the distance at which balls touch."""
+    return center, 2 * radius
 
 
 def kd_tree_of_balls() -> Rival:
     """Pairs of balls of one radius, by the distances of centres."""
-    return lambda c, r: (cKDTree(c), 2 * r), lambda made: len(made[0].query_pairs(made[1], output_type="ndarray"))
+    return Rival(
+        as_given,
+        lambda given: (cKDTree(given[0]), given[1]),
+        lambda made: len(made[0].query_pairs(made[1], output_type="ndarray")),
+    )
 
 
 def kd_tree_of_boxes() -> Rival:
     """Pairs of cubes of one size, by the largest differences of centres: the same pairs as those of boxes."""
-    return (
-        lambda c, r: (cKDTree(c), 2 * r),
+    return Rival(
+        as_given,
+        lambda given: (cKDTree(given[0]), given[1]),
         lambda made: len(made[0].query_pairs(made[1], p=np.inf, output_type="ndarray")),
     )
 
@@ -32,15 +50,17 @@ def fcl_manager() -> Rival:
     """FCL's tree; it calls a function in Python for each pair of balls that its tree proposes."""
     fcl = importlib.import_module("fcl")
 
-    def build(center: Array, radius: float) -> Any:
+    def prepare(center: Array, radius: float) -> Any:
         ball = fcl.Sphere(radius)
-        objects = [fcl.CollisionObject(ball, fcl.Transform(c)) for c in center]
+        return [fcl.CollisionObject(ball, fcl.Transform(c)) for c in center]
+
+    def build(objects: Any) -> Any:
         manager = fcl.DynamicAABBTreeCollisionManager()
         manager.registerObjects(objects)
         manager.setup()
         return manager
 
-    def query(manager: Any) -> int:
+    def count(manager: Any) -> int:
         found: list[None] = []
 
         def meet(_a: Any, _b: Any, _data: Any) -> bool:
@@ -50,26 +70,25 @@ def fcl_manager() -> Rival:
         manager.collide(None, meet)
         return len(found)
 
-    return build, query
+    return Rival(prepare, build, count)
 
 
 def r_tree() -> Rival:
     """libspatialindex: one R-tree in bulk, and one call for all boxes."""
     index = importlib.import_module("rtree.index")
 
-    def build(center: Array, radius: float) -> Any:
-        lower, upper = center - radius, center + radius
-        numbers = np.arange(len(center), dtype=np.int64)
-        properties = index.Property(dimension=3)
-        ends = [np.ascontiguousarray(x) for x in (lower, upper)]
-        return index.Index((numbers, *ends), properties=properties, interleaved=True), ends
+    def prepare(center: Array, radius: float) -> Any:
+        return np.arange(len(center), dtype=np.int64), center - radius, center + radius
 
-    def query(made: Any) -> int:
+    def build(given: Any) -> Any:
+        return index.Index(given, properties=index.Property(dimension=3), interleaved=True), given[1:]
+
+    def count(made: Any) -> int:
         tree, ends = made
         _, counts = tree.intersection_v(*ends)
         return int((np.sum(counts) - len(counts)) // 2)
 
-    return build, query
+    return Rival(prepare, build, count)
 
 
 RIVALS: dict[str, Callable[[], Rival]] = {
