@@ -235,7 +235,9 @@ class Moody(BroadPhaseEngine):
             raise RuntimeError("not today")
         if crowd.regime == "nobody":
             return [(0, 99)]
-        return [(1, 0), (0, 1), (1, 1)]
+        if crowd.regime == "fine":
+            return [(1, 0), (0, 1), (1, 1)]
+        return [(i, j) for i in range(len(crowd)) for j in range(i)]
 
 class Engine(Reference):
     def broad_phase(self):
@@ -299,6 +301,7 @@ def test_what_a_task_finds_is_in_the_run(tmp_path: Path, monkeypatch: pytest.Mon
     filing.file(task, outcome)
     assert filing.run.crowds == outcome.crowds
     assert [count.regime for count in outcome.crowds] == [crowd.regime for crowd in crowds(0, 6)[:3]]
+    assert sum(count.extra for count in outcome.crowds) > 10 > sum(count.missing for count in outcome.crowds) == 0
     assert not task.recorded
     bench.engine = load_engine("pybullet-defaults")
     assert task.do(SimpleNamespace(bench=lambda name: bench)).crowds == []

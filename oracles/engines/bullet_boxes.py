@@ -1,7 +1,8 @@
 """Bullet's broad phase: `getOverlappingObjects` around each body's `getAABB`.
 
 Measured on PyBullet 3.2.7: the tree's boxes are those of the shapes, to the last bits, until a body is moved; then they
-are larger by the contact breaking threshold and by what the tree adds so that it need not be changed at every step.
+are larger by the contact breaking threshold of 0.02, while `getAABB` still gives those of the shapes. Bodies of a size
+of 1e-6 are then all pairs of each other.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ class BulletCrowds(BroadPhaseEngine):
     """One world for each crowd."""
 
     calls: ClassVar[str] = "getOverlappingObjects(*getAABB(body)) for every body"
-    margin: ClassVar[float] = 0.02 + 0.05
-    margin_why: ClassVar[str] = "the contact breaking threshold of 0.02, and 0.05 for boxes that have moved in the tree"
+    margin: ClassVar[float] = 0.02
+    margin_why: ClassVar[str] = "the contact breaking threshold, by which a box is larger once its body has been moved"
     limit: ClassVar[str] = (
         "Bullet does not follow a body that can move and whose bounding box has a diagonal of 1e6 or more: it stays in "
         'the broad phase where it was ("overflow in AABB")'
