@@ -132,7 +132,8 @@ def _witnessed(a: Proxy, b: Proxy, way: Vector) -> tuple[Meets, ...]:
     for time in sorted({t, _round(t)}) if t <= 1 else ():
         near = distance(a, b.translated(time * course))
         for point in (near.on_a, near.on_b, 0.5 * (near.on_a + near.on_b)):
-            for on_a in (rationals(point), tuple(Fraction(_round(c)) for c in point.tolist())):
+            for place in (point, np.array([_round(c) for c in point.tolist()])):
+                on_a: Vector = rationals(place)
                 claim = Meets(time, on_a, along(on_a, -Fraction(time), way))
                 with suppress(InvalidCertificate), sides_of(a, b) as sides:
                     meets(claim, sides, way)
