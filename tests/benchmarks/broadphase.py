@@ -34,7 +34,7 @@ PATIENCE = 15.0
 REPEATS = 2
 CELLS = tuple(2.0 ** (k / 2) for k in range(-6, 8))
 """Edges of cells, in lengths of a box."""
-CELLS_AT = 20_000
+CELLS_AT = 5_000
 WORK = ("build", "pairs", "queries")
 T = TypeVar("T")
 

@@ -21,7 +21,7 @@ def told(results: Results) -> str:
     parts = [
         "# Broad phase, measured",
         "Made by `python -m tests.benchmarks.broadphase --write`; seconds of the processor, numpy "
-        f"{np.__version__}, Python {platform.python_version()}. The numbers are this machine's, in one run.",
+        f"{np.__version__}, Python {platform.python_version()}. The numbers are this machine's.",
         f"## {at} balls of equal density",
         "Building and all pairs; the factor is against the fastest public library that gives the same pairs of boxes, "
         "and the one that gives pairs of balls of one radius only. `FCL` calls Python for each pair.",
