@@ -236,6 +236,21 @@ def test_grazing_contact_is_contact_and_a_hair_more_is_none(a: Proxy, b: Proxy, 
     assert certify_sweep(a, aside, motion).lower == math.inf
 
 
+def test_the_contact_of_an_overlap_is_a_point_of_both() -> None:
+    """Of sticks and plates too, whose witnesses lie outside the other."""
+    rng = np.random.default_rng(8)
+    a, b = (
+        Box(rng.uniform(-1, 1, (300, 3)), np.exp(rng.uniform(-5, 1, (300, 3))), rng.normal(size=(300, 4))) for _ in "ab"
+    )
+    found = sweep(a, b)
+    overlap = distance(a, b)
+    there = np.flatnonzero(overlap.distance < 0)
+    outside = [distance(Point(overlap.on_a), b).distance, distance(Point(overlap.on_b), a).distance]
+    assert (np.max(outside, axis=0)[there] > 0.1).sum() > 5
+    for solid in (a, b):
+        assert distance(Point(found.point[there]), solid[there]).distance.max() < 1e-14
+
+
 def test_what_overlaps_from_the_start_meets_at_0() -> None:
     for a, b in PAIRS[::7]:
         found, proof = sweep(a, b, Translation(WAY)), certify_sweep(a, b, Translation(WAY))

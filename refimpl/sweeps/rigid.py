@@ -11,9 +11,10 @@ import numpy as np
 from refimpl.linear import Array, Bools, cross
 from refimpl.motions import Motion
 from refimpl.proxy import Proxy
-from refimpl.queries import distance, intersect
+from refimpl.queries import intersect
 from refimpl.results import SweepHit
 from refimpl.shapes import Composite, HalfSpace, Polyhedron
+from refimpl.sweeps.overlaps import common_points
 from refimpl.sweeps.rigid_bodies import earliest, turning
 from refimpl.sweeps.rigid_march import Times, first_contacts
 from refimpl.sweeps.rigid_pairs import Pairs, paired
@@ -50,8 +51,7 @@ def sweep_convex(a: Proxy, b: Proxy, motion_a: Motion, motion_b: Motion) -> tupl
     met = intersect(a, b)
     there = np.flatnonzero(met)
     if len(there):
-        overlap = distance(a[there], b[there])
-        point[there] = overlap.on_a / 2 + overlap.on_b / 2
+        point[there] = common_points(a[there], b[there])
     apart = np.flatnonzero(~met)
     if len(apart):
         pairs = paired(turning(a[apart], motion_a[apart]), turning(b[apart], motion_b[apart]))

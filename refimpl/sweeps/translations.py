@@ -21,6 +21,7 @@ from refimpl.motions import Motion, Translation
 from refimpl.queries import distance, raycast
 from refimpl.results import SweepHit, where
 from refimpl.shapes import AABB, Capsule, Point, Proxy, Ray, Sphere
+from refimpl.sweeps.overlaps import common_points
 
 STEPS = 80
 """Planes; a contact that grazes takes one for each bit of its time."""
@@ -69,6 +70,9 @@ def in_doubles(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> tuple[
     hit = np.isfinite(found.t)
     with np.errstate(over="ignore"):
         point = found.point + scale(np.where(hit, found.t, 0.0), motion_x.vector)
+    start = np.flatnonzero(found.t == 0)
+    if len(start):
+        point[start] = common_points(x[start], y[start])
     normal = where(found.t > 0, found.normal, np.full(3, np.nan))
     return SweepHit(hit, found.t, point, normal, found.t_lower), found.doubtful
 
@@ -94,8 +98,11 @@ def decided(found: SweepHit, doubtful: Bools, x: Proxy, y: Proxy, motion_x: Moti
 
 def _touching(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion, t: float) -> tuple[Array, Array]:
     """Point and normal of a contact at a time; no normal at the start."""
-    near = distance(motion_x.placed(x, t), motion_y.placed(y, t))
-    return 0.5 * (near.on_a + near.on_b), near.normal if t > 0 else np.full(3, np.nan)
+    u, v = motion_x.placed(x, t), motion_y.placed(y, t)
+    if t == 0:
+        return common_points(u[None], v[None])[0], np.full(3, np.nan)
+    near = distance(u, v)
+    return 0.5 * (near.on_a + near.on_b), near.normal
 
 
 def doubts(found: SweepHit, x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> Bools:
@@ -169,7 +176,7 @@ def _by_planes(x: Proxy, y: Proxy, way: Array) -> Advance:
             early = later - DOUBT * size[active] / speed
         rows = active[nearer]  # the nearest so far, with the last plane that left a gap
         least[rows], found.t[rows] = gap[nearer], t[rows]
-        found.point[rows] = where(met, apart.on_a, 0.5 * (apart.on_a + apart.on_b))[nearer]
+        found.point[rows] = 0.5 * (apart.on_a + apart.on_b)[nearer]
         rows = active[nearer & ~met]
         found.normal[rows], found.t_lower[rows] = apart.normal[nearer & ~met], early[nearer & ~met]
         gone = ~met & (later > 1)
