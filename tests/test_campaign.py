@@ -172,7 +172,7 @@ def test_the_same_seed_brings_the_same_scenes_and_verdicts() -> None:
 def test_an_interrupt_ends_with_what_was_found() -> None:
     class Impatient:
         def started(self, engines: object, cells: int) -> None:
-            assert cells == 5
+            assert cells == 6
 
         def advanced(self, run: Run, elapsed: float) -> None:
             if elapsed > 1:

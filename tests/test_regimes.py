@@ -370,7 +370,7 @@ def test_scenes_from_strangers_are_checked(change, words):
 def test_all_cells_are_there():
     found = cells()
     rays = [pair for pair in TABLE if pair[0] is Ray]
-    assert len(found) == (len(TABLE) - len(rays)) * 4 + len(rays)
+    assert len(found) == (len(TABLE) - len(rays)) * 5 + len(rays)
     assert {(c.type_a, c.type_b) for c in found} == set(TABLE)
     shapes = NumpyDraws(1, (2,), 3)
     assert shapes.choice((1.0, 2.0), 3).shape == (3, 3)
