@@ -345,7 +345,7 @@ def test_the_search_and_the_reference_meet_in_few_places() -> None:
     own = ("refimpl.proof", "refimpl.shapes", "refimpl.linear")
     moving = {"refimpl.queries", "refimpl.motions", "refimpl.atoms", "refimpl.pairs", "refimpl.sweeps"}
     asking = {"convex.py": {"refimpl.queries"}}
-    asking |= {name: moving for name in ("sweep_search.py", "sweep_unions.py", "rigid_search.py")}
+    asking |= dict.fromkeys(("sweep_search.py", "sweep_unions.py", "rigid_search.py"), moving)
     floats = {"atoms.py", "bodies.py", "inscribed.py", "planes.py", "solids.py", "union_cast.py", "union_search.py"}
     floats |= {"rigid_bodies.py", *asking} - {"convex.py"}
     for path in Path(proof.__file__).parent.glob("*.py"):
