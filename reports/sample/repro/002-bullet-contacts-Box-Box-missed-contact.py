@@ -42,7 +42,7 @@ def ask():
     a.append((shape, [0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], 0.0))
     b = []  # shape, position, orientation, and the part of its radius that is taken off again
     shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[1.0, 1.0, 1.0])
-    b.append((shape, [0.0, 0.5, 0.0], [0.0, 0.0, 0.0, 1.0], 0.0))
+    b.append((shape, [0.0, 0.0, 0.5], [0.0, 0.0, 0.0, 1.0], 0.0))
     bodies_a = [pybullet.createMultiBody(0.0, shape, -1, at, turn) for shape, at, turn, _ in a]
     bodies_b = [pybullet.createMultiBody(1.0, shape, -1, at, turn) for shape, at, turn, _ in b]
     def add(points, first, second, swapped):
@@ -77,7 +77,7 @@ def ask():
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
 A = {"type": "Box", "center": [0.0, 0.0, 0.0], "half_extents": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0]}
-B = {"type": "Box", "center": [0.0, 0.5, 0.0], "half_extents": [1.0, 1.0, 1.0], "rotation": [0.0, 0.0, 0.0, 1.0]}
+B = {"type": "Box", "center": [0.0, 0.0, 0.5], "half_extents": [1.0, 1.0, 1.0], "rotation": [0.0, 0.0, 0.0, 1.0]}
 ANSWER = {"hit": 0.0}
 HELD = {"owed": ["distance", "hit", "normal", "on_a", "on_b"], "hit": 8.0000001e-05, "witness": 8.0000001e-05}
 SIDES = [
@@ -92,26 +92,26 @@ SIDES = [
             "margin": 0.0,
             "interval": [-0.5, -0.5],
             "claims": [
-                {"kind": "escape", "n": [0.0, 1.0, 0.0], "faces": [[], []]},
+                {"kind": "escape", "n": [0.0, 0.0, 1.0], "faces": [[], []]},
                 {
                     "kind": "core",
                     "pairs": [
-                        [[0.0, 0.0, 0.0], [-1.0, 1.5, 1.0]],
-                        [[0.0, 0.0, 0.0], [1.0, 1.5, 1.0]],
-                        [[0.0, 0.0, 0.0], [1.0, 1.5, -1.0]],
-                        [[0.0, 0.0, 0.0], [1.0, -0.5, 1.0]],
-                        [[0.0, 0.0, 0.0], [-1.0, -0.5, -1.0]],
-                        [[0.0, 0.0, 0.0], [-1.0, -0.5, 1.0]],
-                        [[0.0, 0.0, 0.0], [1.0, -0.5, -1.0]],
+                        [[0.0, 0.0, 0.0], [-1.0, 1.0, 1.5]],
+                        [[0.0, 0.0, 0.0], [1.0, 1.0, 1.5]],
+                        [[0.0, 0.0, 0.0], [1.0, 1.0, -0.5]],
+                        [[0.0, 0.0, 0.0], [1.0, -1.0, 1.5]],
+                        [[0.0, 0.0, 0.0], [-1.0, -1.0, -0.5]],
+                        [[0.0, 0.0, 0.0], [-1.0, 1.0, -0.5]],
+                        [[0.0, 0.0, 0.0], [1.0, -1.0, -0.5]],
                     ],
                     "triangles": [
                         [0, 2, 1],
                         [0, 1, 3],
                         [1, 2, 3],
-                        [2, 0, 4],
-                        [0, 3, 5],
-                        [3, 4, 5],
-                        [4, 0, 5],
+                        [0, 3, 4],
+                        [0, 4, 5],
+                        [2, 0, 5],
+                        [4, 2, 5],
                         [2, 4, 6],
                         [3, 2, 6],
                         [4, 3, 6],

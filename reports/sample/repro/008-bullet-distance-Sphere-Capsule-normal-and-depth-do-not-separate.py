@@ -42,7 +42,7 @@ def ask():
     a.append((shape, [0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], 0.0))
     b = []  # shape, position, orientation, and the part of its radius that is taken off again
     shape = pybullet.createCollisionShape(pybullet.GEOM_CAPSULE, radius=1.0, height=1.0)
-    b.append((shape, [-0.5, 0.0, 0.0], [-0.0, 0.7071067811865475, 0.0, 0.7071067811865475], 0.0))
+    b.append((shape, [-0.5, 0.0, 0.0], [-0.0, -0.7071067811865475, 0.0, 0.7071067811865475], 0.0))
     def add(points, first, second, swapped):
         for point in points:
             normal = [-u for u in point[7]]  # from the first to the second
@@ -81,7 +81,7 @@ def ask():
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
 A = {"type": "Sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}
-B = {"type": "Capsule", "p": [-1.0, 0.0, 0.0], "q": [0.0, 0.0, 0.0], "radius": 1.0}
+B = {"type": "Capsule", "p": [0.0, 0.0, 0.0], "q": [-1.0, 0.0, 0.0], "radius": 1.0}
 ANSWER = {"distance": -2.0, "on_a": [1.0, 0.0, 0.0], "on_b": [-1.0, 0.0, 0.0], "normal": [1.0, -0.0, -0.0]}
 HELD = {"owed": ["distance", "normal", "on_a", "on_b"], "witness": 2e-12, "distance": 2e-12}
 SIDES = [
@@ -104,7 +104,7 @@ SIDES = [
             "about": "once B is moved along its normal by its depth or gap, the signed distance is {}, not 0",
             "kind": "solids",
             "x": A,
-            "y": {"type": "Capsule", "p": [1.0, 0.0, 0.0], "q": [2.0, 0.0, 0.0], "radius": 1.0},
+            "y": {"type": "Capsule", "p": [2.0, 0.0, 0.0], "q": [1.0, 0.0, 0.0], "radius": 1.0},
             "margin": 0.0,
             "interval": [-1.0, -1.0],
             "claims": [

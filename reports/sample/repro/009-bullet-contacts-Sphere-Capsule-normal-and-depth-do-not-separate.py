@@ -42,7 +42,7 @@ def ask():
     a.append((shape, [0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], 0.0))
     b = []  # shape, position, orientation, and the part of its radius that is taken off again
     shape = pybullet.createCollisionShape(pybullet.GEOM_CAPSULE, radius=1.0, height=1.0)
-    b.append((shape, [-0.5, 0.0, 0.0], [-0.0, 0.7071067811865475, 0.0, 0.7071067811865475], 0.0))
+    b.append((shape, [-0.5, 0.0, 0.0], [-0.0, -0.7071067811865475, 0.0, 0.7071067811865475], 0.0))
     bodies_a = [pybullet.createMultiBody(0.0, shape, -1, at, turn) for shape, at, turn, _ in a]
     bodies_b = [pybullet.createMultiBody(1.0, shape, -1, at, turn) for shape, at, turn, _ in b]
     def add(points, first, second, swapped):
@@ -77,12 +77,12 @@ def ask():
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
 A = {"type": "Sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}
-B = {"type": "Capsule", "p": [-1.0, 0.0, 0.0], "q": [0.0, 0.0, 0.0], "radius": 1.0}
+B = {"type": "Capsule", "p": [0.0, 0.0, 0.0], "q": [-1.0, 0.0, 0.0], "radius": 1.0}
 ANSWER = {
     "hit": 1.0,
     "distance": -2.0,
-    "on_a": [1.0, 0.0, 1.1102230246251565e-16],
-    "on_b": [-1.0, 0.0, 1.1102230246251565e-16],
+    "on_a": [1.0, 0.0, -1.1102230246251565e-16],
+    "on_b": [-1.0, 0.0, -1.1102230246251565e-16],
     "normal": [1.0, -0.0, -0.0],
 }
 HELD = {"owed": ["distance", "hit", "normal", "on_a", "on_b"], "hit": 2e-12, "witness": 2e-12, "distance": 2e-12}
@@ -106,7 +106,7 @@ SIDES = [
             "about": "once B is moved along its normal by its depth or gap, the signed distance is {}, not 0",
             "kind": "solids",
             "x": A,
-            "y": {"type": "Capsule", "p": [1.0, 0.0, 0.0], "q": [2.0, 0.0, 0.0], "radius": 1.0},
+            "y": {"type": "Capsule", "p": [2.0, 0.0, 0.0], "q": [1.0, 0.0, 0.0], "radius": 1.0},
             "margin": 0.0,
             "interval": [-1.0, -1.0],
             "claims": [

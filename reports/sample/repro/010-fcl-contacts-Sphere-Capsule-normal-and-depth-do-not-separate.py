@@ -2,9 +2,9 @@
 # fcl · contacts · Sphere–Capsule · normal and depth do not separate · coaxial · 1e-1
 """fcl, contacts of Sphere (A) and Capsule (B): normal and depth do not separate.
 
-fcl answers a signed distance of -1.9999999999999991: normal and depth do not separate; once B is moved along
-its normal by its depth or gap, the signed distance is proven to be between -1.5149287499273343 and
--1.5149287499273336, not 0. It is wrong by at least 1.51.
+fcl answers a signed distance of -1.9999999999999998: normal and depth do not separate; once B is moved along
+its normal by its depth or gap, the signed distance is proven to be -1.7420000000000002, not 0. It is wrong by
+at least 1.74.
 
     python FILE                       asks fcl, and judges its answer
     python FILE "distance = 3.0" ...  judges this answer instead
@@ -40,11 +40,11 @@ def ask():
     print("python-fcl", version("python-fcl"))
     a_shape = fcl.Sphere(1.0)
     a = [
-        fcl.CollisionObject(a_shape, fcl.Transform(np.array([4.75, 0.0, 0.0]))),
+        fcl.CollisionObject(a_shape, fcl.Transform(np.array([0.0, 0.0, 1.742]))),
     ]
-    b_shape = fcl.Capsule(1.0, 12.348774253336309)
+    b_shape = fcl.Capsule(1.0, 1.8337622099463147)
     b = [
-        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[0.836057215977964, -0.3702236453674185, -0.4048984860703186], [-0.3702236453674185, 0.16394278402203588, -0.9143616439778979], [0.4048984860703186, 0.9143616439778979, 0.0]]), np.array([2.5, -5.081060487326637, 0.0]))),
+        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[1.0, 0.0, 0.0], [-0.0, -1.0, 0.0], [0.0, -0.0, -1.0]]), np.array([0.0, 0.0, 0.9168811049731573]))),
     ]
 
     request = fcl.CollisionRequest(num_max_contacts=20, enable_contact=True)
@@ -62,19 +62,19 @@ def ask():
 
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
-A = {"type": "Sphere", "center": [4.75, 0.0, 0.0], "radius": 1.0}
-B = {"type": "Capsule", "p": [5.0, 0.564562276369626, 0.0], "q": [0.0, -10.7266832510229, 0.0], "radius": 1.0}
+A = {"type": "Sphere", "center": [0.0, 0.0, 1.742], "radius": 1.0}
+B = {"type": "Capsule", "p": [0.0, 0.0, 1.8337622099463147], "q": [0.0, 0.0, 0.0], "radius": 1.0}
 ANSWER = {
     "hit": 1.0,
-    "distance": -1.9999999999999991,
-    "normal": [0.30301680634890216, 0.9268230569186947, 0.2217652728314284],
-    "point": [4.143966387302196, -1.8536461138373879, -0.44353054566285666],
+    "distance": -1.9999999999999998,
+    "normal": [-0.0, 0.0, 1.0],
+    "point": [0.0, 0.0, -0.25799999999999956],
 }
 HELD = {
     "owed": ["distance", "hit", "normal", "point"],
-    "hit": 1.0726683251022899e-11,
-    "witness": 1.0726683251022899e-11,
-    "distance": 1.0726683251022899e-11,
+    "hit": 1.8337622099463146e-12,
+    "witness": 1.8337622099463146e-12,
+    "distance": 1.8337622099463146e-12,
 }
 SIDES = [
     {
@@ -86,14 +86,10 @@ SIDES = [
             "x": A,
             "y": B,
             "margin": 0.0,
-            "interval": [-2.0000000000000004, -1.9999999999999998],
+            "interval": [-2.0, -2.0],
             "claims": [
-                {"kind": "escape", "n": [1.0, -0.44282094370103064, 0.0], "faces": [[], []]},
-                {
-                    "kind": "core",
-                    "pairs": [[[4.75, 0.0, 0.0], [4.75, -5.187372025958786e-17, 0.0]]],
-                    "triangles": [],
-                },
+                {"kind": "escape", "n": [0.0, 1.0, 0.0], "faces": [[], []]},
+                {"kind": "core", "pairs": [[[0.0, 0.0, 1.742], [0.0, 0.0, 1.742]]], "triangles": []},
             ],
         },
         "claim": {
@@ -102,30 +98,26 @@ SIDES = [
             "x": A,
             "y": {
                 "type": "Capsule",
-                "p": [5.606033612697804, 2.4182083902070146, 0.4435305456628566],
-                "q": [0.6060336126978041, -8.873037137185511, 0.4435305456628566],
+                "p": [0.0, 0.0, 3.8337622099463147],
+                "q": [0.0, 0.0, 1.9999999999999998],
                 "radius": 1.0,
             },
             "margin": 0.0,
-            "interval": [-1.5149287499273343, -1.5149287499273336],
+            "interval": [-1.7420000000000002, -1.7420000000000002],
             "claims": [
-                {"kind": "escape", "n": [-0.40489848607031903, 0.17929752970477728, 1.0], "faces": [[], []]},
-                {
-                    "kind": "core",
-                    "pairs": [[[4.75, 0.0, 0.0], [4.5704151535351665, 0.0795239311859621, 0.4435305456628566]]],
-                    "triangles": [],
-                },
+                {"kind": "escape", "n": [0.0, 0.0, 1.0], "faces": [[], []]},
+                {"kind": "core", "pairs": [[[0.0, 0.0, 1.742], [0.0, 0.0, 1.9999999999999998]]], "triangles": []},
             ],
             "low": 0.0,
             "high": 0.0,
             "cap": math.inf,
-            "rounding": 1.1173577054588691e-14,
+            "rounding": 5.181421700536428e-15,
             "symptom": "normal and depth do not separate",
-            "allowed": 1.0726683251022899e-11,
+            "allowed": 1.8337622099463146e-12,
         },
     },
 ]
-ALLOWED = "fcl is allowed an error of distance 1.0726683251022899e-11, hit 1.0726683251022899e-11, witness 1.0726683251022899e-11"
+ALLOWED = "fcl is allowed an error of distance 1.8337622099463146e-12, hit 1.8337622099463146e-12, witness 1.8337622099463146e-12"
 NEEDED = [["fcl", "pip install python-fcl"], ["numpy", "pip install numpy"]]
 NAMES = ["hit", "distance", "on_a", "on_b", "normal", "t", "point"]
 

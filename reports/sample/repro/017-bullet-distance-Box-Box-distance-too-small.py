@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-# bullet · distance · Box–Box · distance too small · generic · 1e-3
+# bullet · distance · Box–Box · distance too small · parallel · 1e-3
 """bullet, distance of Box (A) and Box (B): distance too small.
 
-bullet answers a signed distance of 2.0568050471626065: distance too small; the signed distance is proven to
-be between 2.06155281280883 and 2.0615528128088303. It is wrong by at least 0.00475. On the shapes that bullet
-effectively uses, still by 0.00275.
+bullet answers a signed distance of 1.4108000566251404: distance too small; the signed distance is proven to
+be between 1.414213562373095 and 1.4142135623730951. It is wrong by at least 0.00341. On the shapes that
+bullet effectively uses, still by 0.00141.
 
     python FILE                       asks bullet, and judges its answer
     python FILE "distance = 3.0" ...  judges this answer instead
@@ -39,10 +39,10 @@ def ask():
     pybullet.connect(pybullet.DIRECT)
     a = []  # shape, position, orientation, and the part of its radius that is taken off again
     shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.0, 0.0, 0.0])
-    a.append((shape, [0.0, -1.0, 1.0], [0.3333333333333333, 0.6666666666666666, 0.0, 0.6666666666666666], 0.0))
+    a.append((shape, [1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], 0.0))
     b = []  # shape, position, orientation, and the part of its radius that is taken off again
     shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.0, 0.0, 0.0])
-    b.append((shape, [1.0, 0.5, 0.0], [0.4082482904638631, 0.4082482904638631, 0.0, 0.8164965809277261], 0.0))
+    b.append((shape, [0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], 0.0))
     def add(points, first, second, swapped):
         for point in points:
             normal = [-u for u in point[7]]  # from the first to the second
@@ -80,13 +80,13 @@ def ask():
 
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
-A = {"type": "Box", "center": [0.0, -1.0, 1.0], "half_extents": [0.0, 0.0, 0.0], "rotation": [0.5, 1.0, 0.0, 1.0]}
-B = {"type": "Box", "center": [1.0, 0.5, 0.0], "half_extents": [0.0, 0.0, 0.0], "rotation": [1.0, 1.0, 0.0, 2.0]}
+A = {"type": "Box", "center": [1.0, 0.0, 0.0], "half_extents": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0]}
+B = {"type": "Box", "center": [0.0, 1.0, 0.0], "half_extents": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0]}
 ANSWER = {
-    "distance": 2.0568050471626065,
-    "on_a": [0.00015238531272199207, -0.9976063744264037, 0.999181271833042],
-    "on_b": [0.9991809480206112, 0.49760637442640365, 0.0008187281669581048],
-    "normal": [0.48571864605547527, 0.7269589069296946, -0.4853948336247716],
+    "distance": 1.4108000566251404,
+    "on_a": [0.9982921857588336, 0.001706398612684179, -0.001],
+    "on_b": [-0.0002921857588336074, 0.9982936013873159, -0.001],
+    "normal": [-0.7078142411664208, 0.7063986126840879, -0.0],
 }
 HELD = {"owed": ["distance", "normal", "on_a", "on_b"], "witness": 2e-12, "distance": 2e-12}
 SIDES = [
@@ -99,10 +99,10 @@ SIDES = [
             "x": A,
             "y": B,
             "margin": 0.0,
-            "interval": [2.06155281280883, 2.0615528128088303],
+            "interval": [1.414213562373095, 1.4142135623730951],
             "claims": [
-                {"kind": "separated", "n": [0.6666666666666666, 1.0, -0.6666666666666666], "faces": [[], []]},
-                {"kind": "near", "a": [0.0, -1.0, 1.0], "b": [1.0, 0.5, 0.0]},
+                {"kind": "separated", "n": [-1.0, 1.0, 0.0], "faces": [[], []]},
+                {"kind": "near", "a": [1.0, 0.0, 0.0], "b": [0.0, 1.0, 0.0]},
             ],
         },
         "claim": None,
@@ -116,10 +116,10 @@ SIDES = [
             "x": A,
             "y": B,
             "margin": 0.002,
-            "interval": [2.06155281280883, 2.0615528128088303],
+            "interval": [1.414213562373095, 1.4142135623730951],
             "claims": [
-                {"kind": "separated", "n": [0.6666666666666666, 1.0, -0.6666666666666666], "faces": [[], []]},
-                {"kind": "near", "a": [0.0, -1.0, 1.0], "b": [1.0, 0.5, 0.0]},
+                {"kind": "separated", "n": [-1.0, 1.0, 0.0], "faces": [[], []]},
+                {"kind": "near", "a": [1.0, 0.0, 0.0], "b": [0.0, 1.0, 0.0]},
             ],
         },
         "claim": None,

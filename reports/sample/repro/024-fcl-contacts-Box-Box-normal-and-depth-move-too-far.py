@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-# fcl · distance · Sphere–Capsule · distance too large · generic · 1e-3
-"""fcl, distance of Sphere (A) and Capsule (B): distance too large.
+# fcl · contacts · Box–Box · normal and depth move too far · generic · 1e-12
+"""fcl, contacts of Box (A) and Box (B): normal and depth move too far.
 
-fcl answers a signed distance of 0.024535197055766098: distance too large; the signed distance is proven to be
-0.010000000000000009. It is wrong by at least 0.0145.
+fcl answers a signed distance of -641.7515095457576: normal and depth move too far; once B is moved along its
+normal by its depth or gap, the signed distance is proven to be between 3.3179684626619806e-09 and
+3.317968462661981e-09, not 0. It is wrong by at least 3.32e-09.
 
     python FILE                       asks fcl, and judges its answer
     python FILE "distance = 3.0" ...  judges this answer instead
@@ -20,6 +21,7 @@ import math
 import signal
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from importlib.util import find_spec
@@ -28,7 +30,7 @@ from typing import Any
 # ---- 1. The engine, called as its users call it ------------------------------------------------------------------
 
 def ask():
-    """FCL: distance of Sphere (a) and Capsule (b); of several objects the nearest or deepest counts."""
+    """FCL: contacts of Box (a) and Box (b); of several objects the nearest or deepest counts."""
 
     from importlib.metadata import version
 
@@ -36,43 +38,52 @@ def ask():
     import numpy as np
 
     print("python-fcl", version("python-fcl"))
-    a_shape = fcl.Sphere(1.0)
+    a_shape = fcl.Box(868.0, 860.0, 646.0)
     a = [
-        fcl.CollisionObject(a_shape, fcl.Transform(np.array([0.0, 0.0, -1.51]))),
+        fcl.CollisionObject(a_shape, fcl.Transform(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.0, 0.0, 0.0]))),
     ]
-    b_shape = fcl.Capsule(0.5, 2.0)
+    b_shape = fcl.Box(1996.0, 822.0, 648.0)
     b = [
-        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[1.0, -0.0, 0.0], [-0.0, 0.0, 1.0], [-0.0, -1.0, 0.0]]), np.array([0.0, 1.0, 0.0]))),
+        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[0.11111111111111116, 0.8888888888888888, 0.4444444444444444], [0.8888888888888888, 0.11111111111111116, -0.4444444444444444], [-0.4444444444444444, 0.4444444444444444, -0.7777777777777777]]), np.array([0.0, 200.0, 250.0]))),
     ]
 
-
-    def distance(x, y):
-        result = fcl.DistanceResult()
-        fcl.distance(x, y, fcl.DistanceRequest(enable_nearest_points=True, enable_signed_distance=True), result)
-        return result
-
-
-    result = min((distance(x, y) for x in a for y in b), key=lambda found: found.min_distance)
-    if result.nearest_points[0] is None:
-        raise RuntimeError("fcl.distance left its result empty")
-    print("distance =", repr(float(result.min_distance)))
-    print("on_a =", result.nearest_points[0].tolist())
-    print("on_b =", result.nearest_points[1].tolist())
+    request = fcl.CollisionRequest(num_max_contacts=20, enable_contact=True)
+    results = [(x, y, fcl.CollisionResult()) for x in a for y in b]
+    for x, y, result in results:
+        fcl.collide(x, y, request, result)
+    print("hit =", float(any(result.is_collision for *_, result in results)))
+    contacts = [contact for *_, result in results for contact in result.contacts]
+    if contacts:
+        deepest = max(contacts, key=lambda contact: contact.penetration_depth)
+        print("distance =", repr(-float(deepest.penetration_depth)))
+        print("normal =", deepest.normal.tolist())  # from a to b
+        print("point =", deepest.pos.tolist())
 
 
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
-A = {"type": "Sphere", "center": [0.0, 0.0, -1.51], "radius": 1.0}
-B = {"type": "Capsule", "p": [0.0, 0.0, 0.0], "q": [0.0, 2.0, 0.0], "radius": 0.5}
-ANSWER = {
-    "distance": 0.024535197055766098,
-    "on_a": [0.0007652482494544532, 1.4715951941765678e-15, -0.5196716841461014],
-    "on_b": [-0.0003826241247272266, 0.00019860059275145225, -0.4951641579269494],
+A = {
+    "type": "Box",
+    "center": [0.0, 0.0, 0.0],
+    "half_extents": [434.0, 430.0, 323.0],
+    "rotation": [0.0, 0.0, 0.0, 1.0],
 }
-HELD = {"owed": ["distance", "on_a", "on_b"], "witness": 3e-06, "distance": 3e-06}
+B = {
+    "type": "Box",
+    "center": [0.0, 200.0, 250.0],
+    "half_extents": [998.0, 411.0, 324.0],
+    "rotation": [1.0, 1.0, 0.0, 0.5],
+}
+ANSWER = {
+    "hit": 1.0,
+    "distance": -641.7515095457576,
+    "normal": [0.0, 0.4472135954999579, 0.8944271909999159],
+    "point": [-204.74999999999994, 286.50000000000006, 35.99999999999997],
+}
+HELD = {"owed": ["distance", "hit", "normal", "point"], "hit": 9.98e-10, "witness": 9.98e-10}
 SIDES = [
     {
-        "symptom": "distance too large",
+        "symptom": "normal and depth move too far",
         "margins": [0.0, 0.0],
         "truth": {
             "about": "the signed distance of A and B is {}",
@@ -80,16 +91,77 @@ SIDES = [
             "x": A,
             "y": B,
             "margin": 0.0,
-            "interval": [0.010000000000000009, 0.010000000000000009],
+            "interval": [-641.7515095424397, -641.7515095424395],
             "claims": [
-                {"kind": "separated", "n": [0.0, 0.0, 1.0], "faces": [[], []]},
-                {"kind": "near", "a": [0.0, 0.0, -0.51], "b": [0.0, 0.0, -0.5]},
+                {"kind": "escape", "n": [0.0, 0.5, 1.0], "faces": [[], []]},
+                {
+                    "kind": "core",
+                    "pairs": [
+                        [[434.0, 430.0, 323.0], [-620.2222222222222, -588.7777777777778, 762.8888888888889]],
+                        [[-434.0, 430.0, 323.0], [620.2222222222222, 988.7777777777778, -262.8888888888889]],
+                        [[-434.0, 430.0, 323.0], [398.44444444444446, -785.4444444444445, 624.2222222222222]],
+                        [[-434.0, -430.0, -323.0], [332.22222222222223, 1276.7777777777778, 241.11111111111111]],
+                        [[434.0, -430.0, 323.0], [-398.44444444444446, 1185.4444444444443, -124.22222222222223]],
+                        [[434.0, 430.0, 323.0], [-110.44444444444444, 897.4444444444445, -628.2222222222222]],
+                        [[-434.0, 430.0, -323.0], [110.44444444444444, -497.44444444444446, 1128.2222222222222]],
+                        [[434.0, 430.0, 323.0], [-332.22222222222223, -876.7777777777778, 258.8888888888889]],
+                        [[-434.0, 430.0, 323.0], [-110.44444444444444, 897.4444444444445, -628.2222222222222]],
+                        [[434.0, -430.0, -323.0], [-620.2222222222222, -588.7777777777778, 762.8888888888889]],
+                        [[-434.0, 430.0, 323.0], [-332.22222222222223, -876.7777777777778, 258.8888888888889]],
+                    ],
+                    "triangles": [
+                        [1, 2, 3],
+                        [1, 3, 4],
+                        [4, 0, 5],
+                        [3, 2, 6],
+                        [0, 6, 7],
+                        [5, 0, 7],
+                        [6, 2, 7],
+                        [1, 4, 8],
+                        [2, 1, 8],
+                        [4, 5, 8],
+                        [5, 7, 8],
+                        [0, 4, 9],
+                        [3, 6, 9],
+                        [4, 3, 9],
+                        [6, 0, 9],
+                        [2, 8, 10],
+                        [7, 2, 10],
+                        [8, 7, 10],
+                    ],
+                },
             ],
         },
-        "claim": None,
+        "claim": {
+            "about": "once B is moved along its normal by its depth or gap, the signed distance is {}, not 0",
+            "kind": "solids",
+            "x": A,
+            "y": {
+                "type": "Box",
+                "center": [0.0, 487.00000000148384, 824.0000000029677],
+                "half_extents": [998.0, 411.0, 324.0],
+                "rotation": [1.0, 1.0, 0.0, 0.5],
+            },
+            "margin": 0.0,
+            "interval": [3.3179684626619806e-09, 3.317968462661981e-09],
+            "claims": [
+                {"kind": "separated", "n": [0.0, 0.5, 1.0], "faces": [[], []]},
+                {
+                    "kind": "near",
+                    "a": [-204.75, 430.0, 323.0],
+                    "b": [-204.75, 430.00000000148384, 323.0000000029677],
+                },
+            ],
+            "low": 0.0,
+            "high": 0.0,
+            "cap": math.inf,
+            "rounding": 1.3962164757712327e-12,
+            "symptom": "normal and depth move too far",
+            "allowed": 9.98e-10,
+        },
     },
 ]
-ALLOWED = "fcl is allowed an error of distance 3e-06, witness 3e-06"
+ALLOWED = "fcl is allowed an error of hit 9.98e-10, witness 9.98e-10"
 NEEDED = [["fcl", "pip install python-fcl"], ["numpy", "pip install numpy"]]
 NAMES = ["hit", "distance", "on_a", "on_b", "normal", "t", "point"]
 
@@ -122,6 +194,10 @@ def vector(values: Any) -> list[Fraction]:
 def dot(u: Vector, v: Vector) -> Any:
     """Scalar product."""
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+def cross(u: Vector, v: Vector) -> list[Any]:
+    """Vector product."""
+    return [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 
 def minus(u: Vector, v: Vector) -> list[Any]:
     """Difference u − v."""
@@ -162,32 +238,39 @@ class Solid:
         """How far a point is outside, at least; 0 where that cannot be told without a search."""
         return max(0, root(Fraction(self.square(x)))[0] - self.radius)
 
-class Segment(Solid):
-    """All points within `radius` of the segment from p to q: a point or ball, where these are one."""
+def columns_of(rotation: Any) -> list[list[Any]]:
+    """Columns of the rotation matrix of a quaternion (x, y, z, w) of any length: exactly rational."""
+    x, y, z, w = (number(value) for value in rotation)
+    square = x * x + y * y + z * z + w * w
+    require(square, "a rotation must not be 0")
+    return [
+        times(1 / square, [w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)]),
+        times(1 / square, [2 * (x * y - w * z), w * w + y * y - x * x - z * z, 2 * (y * z + w * x)]),
+        times(1 / square, [2 * (x * z + w * y), 2 * (y * z - w * x), w * w + z * z - x * x - y * y]),
+    ]
 
-    def __init__(self, p: Vector, q: Vector, radius: Fraction) -> None:
-        self.p, self.q, self.radius = p, q, radius
-        self.centre = along(p, Fraction(1, 2), minus(q, p))
+class Bricks(Solid):
+    """centre + Σ tᵢ·axisᵢ with all |tᵢ| ≤ 1, for three axes at right angles."""
+
+    def __init__(self, centre: Vector, axes: Sequence[Vector]) -> None:
+        self.centre, self.axes = centre, axes
 
     def support(self, n: Vector, _: Any = ()) -> Any:
-        """Largest n·x over the segment."""
-        return max(dot(n, self.p), dot(n, self.q))
+        """Largest n·x: at a corner."""
+        return dot(n, self.centre) + sum(abs(dot(n, axis)) for axis in self.axes)
 
     def square(self, x: Vector) -> Any:
-        """Square of the distance of a point from the segment."""
-        way = minus(self.q, self.p)
-        t = min(max(dot(minus(x, self.p), way) / dot(way, way), 0), 1) if any(way) else 0
-        rest = minus(x, along(self.p, t, way))
+        """Square of the distance of a point: what is left of it without its nearest point."""
+        rest = minus(x, self.centre)
+        for axis in self.axes:
+            if any(axis):
+                rest = along(rest, -min(max(dot(rest, axis) / dot(axis, axis), -1), 1), axis)
         return dot(rest, rest)
 
-def sphere(shape: Any) -> Segment:
-    """‖x − center‖ ≤ radius."""
-    center = vector(shape["center"])
-    return Segment(center, center, number(shape["radius"]))
-
-def capsule(shape: Any) -> Segment:
-    """All points within `radius` of the segment pq."""
-    return Segment(vector(shape["p"]), vector(shape["q"]), number(shape["radius"]))
+def box(shape: Any) -> Bricks:
+    """All center + R y with |yᵢ| ≤ half_extentsᵢ."""
+    half, columns = vector(shape["half_extents"]), columns_of(shape["rotation"])
+    return Bricks(vector(shape["center"]), [times(h, column) for h, column in zip(half, columns, strict=True)])
 
 def shares_of(faces: Any, atom: int = 0) -> Any:
     """Shares of the planes of one atom of a side, where a claim gives any."""
@@ -216,19 +299,57 @@ def separated(claim: Any, a: Solid, b: Solid) -> Interval:
     require(sign_of(room, n, a.radius + b.radius) > 0, "the planes across n leave no gap")
     return width_of(room, n, a.radius + b.radius), math.inf
 
+def escape(claim: Any, a: Solid, b: Solid) -> Interval:
+    """σ ≥ −D: moving B by D along n separates the two."""
+    n, room = room_along(claim, a, b)
+    require(sign_of(room, n, a.radius + b.radius) <= 0, "the planes across n leave a gap")
+    return width_of(room, n, a.radius + b.radius), math.inf
+
 def near(claim: Any, a: Solid, b: Solid) -> Interval:
     """σ ≤ ‖p − q‖, as p lies in A and q in B."""
     (p, beyond_a), (q, beyond_b) = a.member(claim["a"], True), b.member(claim["b"], True)
     return -math.inf, length(minus(p, q))[1] + beyond_a + beyond_b
 
+def ball_inside(points: Sequence[Vector], triangles: Any) -> Fraction:
+    """Square of the radius of a ball around 0 in the hull of some points.
+
+    The triangles are a closed surface, all of which turn their inner side to 0: so it winds around 0, and no ray from
+    0 leaves the hull before it meets the plane of one of them.
+    """
+    edges: Counter[tuple[int, int]] = Counter()
+    squares = []
+    for i, j, k in triangles:
+        require(min(i, j, k) >= 0, "no such point")
+        edges.update([(i, j), (j, k), (k, i)])
+        normal = cross(minus(points[j], points[i]), minus(points[k], points[i]))
+        height = dot(normal, points[i])
+        require(height > 0, "a triangle does not turn its inner side to 0")
+        squares.append(Fraction(height * height) / dot(normal, normal))
+    require(squares and all(n == edges[j, i] for (i, j), n in list(edges.items())), "the surface is not closed")
+    least: Fraction = min(squares)
+    return least
+
+def core(claim: Any, a: Solid, b: Solid) -> Interval:
+    """σ ≤ −r: a polytope of points p − q, with p in A and q in B, holds a ball of radius r around 0."""
+    found = [(a.member(p), b.member(q)) for p, q in claim["pairs"]]
+    points = [minus(p, q) for (p, _), (q, _) in found]
+    outside = max(beyond_a + beyond_b for (_, beyond_a), (_, beyond_b) in found)
+    if len(points) == 1 and not claim["triangles"]:
+        upper = length(points[0])[1] + outside - a.radius - b.radius
+    else:
+        upper = outside - root(ball_inside(points, claim["triangles"]))[0] - a.radius - b.radius
+    require(upper <= 0, "the points do not prove that the shapes meet")
+    return -math.inf, upper
+
 MEANING: dict[str, Any] = {
-    "Sphere": sphere,
-    "Capsule": capsule,
+    "Box": box,
 }
 
 CHECKS: dict[str, Any] = {
     "separated": separated,
+    "escape": escape,
     "near": near,
+    "core": core,
 }
 
 def read(shape: Any) -> Any:
@@ -283,6 +404,16 @@ def distance_of(value: float) -> Any:
     """A distance as it is answered, exactly."""
     return number(value) if math.isfinite(value) else value
 
+def of_claim(_: Any, side: Any, __: Any) -> Iterator[Error]:
+    """Error of a claim low ≤ σ(x, y) − margin ≤ high, which the recorded answer makes."""
+    proof = side["claim"]
+    lower, upper = proof["exact"]
+    low, high = proof["low"], proof["high"]
+    under = number(low) - (upper - number(proof["margin"])) if math.isfinite(low) else -math.inf
+    over = lower - number(proof["margin"]) - number(high) if math.isfinite(high) else -math.inf
+    excess = min(max(under, over), distance_of(proof["cap"]))
+    yield proof["symptom"], excess - number(proof["rounding"]), proof["allowed"]
+
 def of_numbers(answer: Any, _: Any, held: Any) -> Iterator[Error]:
     """Errors of what is no number, or one that no scene can have, or is not there though there is a hit."""
     if answer.get("distance") == -math.inf:  # has neither witnesses nor a normal
@@ -319,6 +450,7 @@ def of_points(answer: Any, side: Any, held: Any) -> Iterator[Error]:
 
 TRIALS: dict[str, Any] = {
     "numbers": of_numbers,
+    "claim": of_claim,
     "value": of_value,
     "points": of_points,
 }

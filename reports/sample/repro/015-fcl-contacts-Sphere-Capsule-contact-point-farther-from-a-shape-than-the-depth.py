@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-# bullet · distance · Box–Box · distance too large · parallel · 1e-4
-"""bullet, distance of Box (A) and Box (B): distance too large.
+# fcl · contacts · Sphere–Capsule · contact point farther from a shape than the depth · generic · 1e-2
+"""fcl, contacts of Sphere (A) and Capsule (B): contact point farther from a shape than the depth.
 
-bullet answers a signed distance of 1.0004007182758796: distance too large; the signed distance is proven to
-be between 1.0 and 1.0000000000000002. It is wrong by at least 0.000401.
+fcl answers a signed distance of -0.1339745962155613: contact point farther from a shape than the depth; its
+contact point is proven to lie between 0.23205080756887733 and 0.23205080756887736 away from one of the
+shapes. It is wrong by at least 0.0981.
 
-    python FILE                       asks bullet, and judges its answer
+    python FILE                       asks fcl, and judges its answer
     python FILE "distance = 3.0" ...  judges this answer instead
 
 The engine is asked in a process of its own, which may crash, and is ended after 10 seconds. What is true need not
@@ -20,6 +21,7 @@ import math
 import signal
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from importlib.util import find_spec
@@ -28,75 +30,50 @@ from typing import Any
 # ---- 1. The engine, called as its users call it ------------------------------------------------------------------
 
 def ask():
-    """Bullet: distance of Box (a) and Box (b)."""
+    """FCL: contacts of Sphere (a) and Capsule (b); of several objects the nearest or deepest counts."""
 
     from importlib.metadata import version
 
-    import pybullet
+    import fcl
+    import numpy as np
 
-    print("pybullet", version("pybullet"))
-    pybullet.connect(pybullet.DIRECT)
-    a = []  # shape, position, orientation, and the part of its radius that is taken off again
-    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.0, 0.0, 0.0])
-    a.append((shape, [0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], 0.0))
-    b = []  # shape, position, orientation, and the part of its radius that is taken off again
-    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[1.0, 1.0, 1.0])
-    b.append((shape, [2.0, 1.0, 0.5], [0.0, 0.0, 0.4472135954999579, 0.8944271909999159], 0.0))
-    def add(points, first, second, swapped):
-        for point in points:
-            normal = [-u for u in point[7]]  # from the first to the second
-            on_first = [u - first[3] * n for u, n in zip(point[5], normal)]
-            on_second = [u + second[3] * n for u, n in zip(point[6], normal)]
-            distance = point[8] + (first[3] + second[3])
-            if swapped:
-                found.append((distance, on_second, on_first, [-u for u in normal]))
-            else:
-                found.append((distance, on_first, on_second, normal))
+    print("python-fcl", version("python-fcl"))
+    a_shape = fcl.Sphere(0.5)
+    a = [
+        fcl.CollisionObject(a_shape, fcl.Transform(np.array([0.0, 0.0, 0.0]))),
+    ]
+    b_shape = fcl.Capsule(0.5, 0.7071067811865476)
+    b = [
+        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[0.7071067811865476, 0.0, 0.7071067811865475], [-0.0, -1.0, 0.0], [0.7071067811865475, -0.0, -0.7071067811865475]]), np.array([0.75, 0.5, 0.25]))),
+    ]
 
-
-    found = []  # distance, on a, on b, normal from a to b
-    for first, second, swapped in [(a[0], b[0], False)]:
-        points = pybullet.getClosestPoints(
-            bodyA=-1,
-            bodyB=-1,
-            distance=1e+30,
-            collisionShapeA=first[0],
-            collisionShapeB=second[0],
-            collisionShapePositionA=first[1],
-            collisionShapePositionB=second[1],
-            collisionShapeOrientationA=first[2],
-            collisionShapeOrientationB=second[2],
-        )
-        add(points, first, second, swapped)
-    if not found:
-        raise RuntimeError("PyBullet returned no closest point")
-    distance, on_a, on_b, normal = min(found, key=lambda one: one[0])
-    print("distance =", repr(distance))
-    print("on_a =", on_a)
-    print("on_b =", on_b)
-    print("normal =", normal)
+    request = fcl.CollisionRequest(num_max_contacts=20, enable_contact=True)
+    results = [(x, y, fcl.CollisionResult()) for x in a for y in b]
+    for x, y, result in results:
+        fcl.collide(x, y, request, result)
+    print("hit =", float(any(result.is_collision for *_, result in results)))
+    contacts = [contact for *_, result in results for contact in result.contacts]
+    if contacts:
+        deepest = max(contacts, key=lambda contact: contact.penetration_depth)
+        print("distance =", repr(-float(deepest.penetration_depth)))
+        print("normal =", deepest.normal.tolist())  # from a to b
+        print("point =", deepest.pos.tolist())
 
 
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
-A = {"type": "Box", "center": [0.0, 0.0, 0.0], "half_extents": [0.0, 0.0, 0.0], "rotation": [0.0, 1.0, 0.0, 0.0]}
-B = {"type": "Box", "center": [2.0, 1.0, 0.5], "half_extents": [1.0, 1.0, 1.0], "rotation": [0.0, 0.0, 0.5, 1.0]}
-B_USED = {
-    "type": "Box",
-    "center": [2.0, 1.0, 0.5],
-    "half_extents": [0.999, 0.999, 0.999],
-    "rotation": [0.0, 0.0, 0.5, 1.0],
-}
+A = {"type": "Sphere", "center": [0.0, 0.0, 0.0], "radius": 0.5}
+B = {"type": "Capsule", "p": [0.5, 0.5, 0.5], "q": [1.0, 0.5, 0.0], "radius": 0.5}
 ANSWER = {
-    "distance": 1.0004007182758796,
-    "on_a": [-0.0003990427291030718, -0.00020071884886707636, -0.0005010020040080443],
-    "on_b": [0.6007990427291032, 0.7994007188488668, -0.0005010020040080443],
-    "normal": [0.6009572708967352, 0.7992811511329088, -0.0],
+    "hit": 1.0,
+    "distance": -0.1339745962155613,
+    "normal": [0.5773502691896258, 0.5773502691896257, 0.5773502691896257],
+    "point": [0.4226497308103744, 0.42264973081037427, 0.42264973081037416],
 }
-HELD = {"owed": ["distance", "normal", "on_a", "on_b"], "witness": 3e-12, "distance": 3e-12}
+HELD = {"owed": ["distance", "hit", "normal", "point"], "hit": 1e-12, "witness": 1e-12, "distance": 1e-12}
 SIDES = [
     {
-        "symptom": "distance too large",
+        "symptom": "contact point farther from a shape than the depth",
         "margins": [0.0, 0.0],
         "truth": {
             "about": "the signed distance of A and B is {}",
@@ -104,34 +81,38 @@ SIDES = [
             "x": A,
             "y": B,
             "margin": 0.0,
-            "interval": [1.0, 1.0000000000000002],
+            "interval": [-0.13397459621556138, -0.13397459621556135],
             "claims": [
-                {"kind": "separated", "n": [0.75, 1.0, 0.0], "faces": [[], []]},
-                {"kind": "near", "a": [0.0, 0.0, 0.0], "b": [0.6, 0.8, 0.0]},
+                {"kind": "escape", "n": [1.0, 1.0, 1.0], "faces": [[], []]},
+                {"kind": "core", "pairs": [[[0.0, 0.0, 0.0], [0.5, 0.5, 0.5]]], "triangles": []},
             ],
         },
-        "claim": None,
-    },
-    {
-        "symptom": "distance too large",
-        "margins": [0.001, 0.001],
-        "truth": {
-            "about": "the signed distance of A and B, of the shapes that bullet effectively uses is {}",
+        "claim": {
+            "about": "its contact point is proven to lie {} away from one of the shapes",
             "kind": "solids",
-            "x": A,
-            "y": B_USED,
-            "margin": 0.002,
-            "interval": [1.0010004995003747, 1.001000499500375],
+            "x": {"type": "Point", "position": [0.4226497308103744, 0.42264973081037427, 0.42264973081037416]},
+            "y": A,
+            "margin": 0.0,
+            "interval": [0.23205080756887733, 0.23205080756887736],
             "claims": [
-                {"kind": "separated", "n": [0.7515621094726318, 1.0, 0.0], "faces": [[], []]},
-                {"kind": "near", "a": [0.0, 0.0, 0.0], "b": [0.6014, 0.8002, 0.0]},
+                {"kind": "separated", "n": [-1.0, -0.9999999999999998, -0.9999999999999994], "faces": [[], []]},
+                {
+                    "kind": "near",
+                    "a": [0.4226497308103744, 0.42264973081037427, 0.42264973081037416],
+                    "b": [0.288675134594813, 0.28867513459481287, 0.2886751345948128],
+                },
             ],
+            "low": -math.inf,
+            "high": 0.1339745962155613,
+            "cap": math.inf,
+            "rounding": 0.0,
+            "symptom": "contact point farther from a shape than the depth",
+            "allowed": 1e-12,
         },
-        "claim": None,
     },
 ]
-ALLOWED = "bullet is allowed an error of distance 3e-12, witness 3e-12"
-NEEDED = [["pybullet", "pip install pybullet"]]
+ALLOWED = "fcl is allowed an error of distance 1e-12, hit 1e-12, witness 1e-12"
+NEEDED = [["fcl", "pip install python-fcl"], ["numpy", "pip install numpy"]]
 NAMES = ["hit", "distance", "on_a", "on_b", "normal", "t", "point"]
 
 
@@ -163,6 +144,10 @@ def vector(values: Any) -> list[Fraction]:
 def dot(u: Vector, v: Vector) -> Any:
     """Scalar product."""
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+def cross(u: Vector, v: Vector) -> list[Any]:
+    """Vector product."""
+    return [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 
 def minus(u: Vector, v: Vector) -> list[Any]:
     """Difference u − v."""
@@ -203,39 +188,37 @@ class Solid:
         """How far a point is outside, at least; 0 where that cannot be told without a search."""
         return max(0, root(Fraction(self.square(x)))[0] - self.radius)
 
-def columns_of(rotation: Any) -> list[list[Any]]:
-    """Columns of the rotation matrix of a quaternion (x, y, z, w) of any length: exactly rational."""
-    x, y, z, w = (number(value) for value in rotation)
-    square = x * x + y * y + z * z + w * w
-    require(square, "a rotation must not be 0")
-    return [
-        times(1 / square, [w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)]),
-        times(1 / square, [2 * (x * y - w * z), w * w + y * y - x * x - z * z, 2 * (y * z + w * x)]),
-        times(1 / square, [2 * (x * z + w * y), 2 * (y * z - w * x), w * w + z * z - x * x - y * y]),
-    ]
+class Segment(Solid):
+    """All points within `radius` of the segment from p to q: a point or ball, where these are one."""
 
-class Bricks(Solid):
-    """centre + Σ tᵢ·axisᵢ with all |tᵢ| ≤ 1, for three axes at right angles."""
-
-    def __init__(self, centre: Vector, axes: Sequence[Vector]) -> None:
-        self.centre, self.axes = centre, axes
+    def __init__(self, p: Vector, q: Vector, radius: Fraction) -> None:
+        self.p, self.q, self.radius = p, q, radius
+        self.centre = along(p, Fraction(1, 2), minus(q, p))
 
     def support(self, n: Vector, _: Any = ()) -> Any:
-        """Largest n·x: at a corner."""
-        return dot(n, self.centre) + sum(abs(dot(n, axis)) for axis in self.axes)
+        """Largest n·x over the segment."""
+        return max(dot(n, self.p), dot(n, self.q))
 
     def square(self, x: Vector) -> Any:
-        """Square of the distance of a point: what is left of it without its nearest point."""
-        rest = minus(x, self.centre)
-        for axis in self.axes:
-            if any(axis):
-                rest = along(rest, -min(max(dot(rest, axis) / dot(axis, axis), -1), 1), axis)
+        """Square of the distance of a point from the segment."""
+        way = minus(self.q, self.p)
+        t = min(max(dot(minus(x, self.p), way) / dot(way, way), 0), 1) if any(way) else 0
+        rest = minus(x, along(self.p, t, way))
         return dot(rest, rest)
 
-def box(shape: Any) -> Bricks:
-    """All center + R y with |yᵢ| ≤ half_extentsᵢ."""
-    half, columns = vector(shape["half_extents"]), columns_of(shape["rotation"])
-    return Bricks(vector(shape["center"]), [times(h, column) for h, column in zip(half, columns, strict=True)])
+def point(shape: Any) -> Segment:
+    """{position}."""
+    place = vector(shape["position"])
+    return Segment(place, place, Fraction(0))
+
+def sphere(shape: Any) -> Segment:
+    """‖x − center‖ ≤ radius."""
+    center = vector(shape["center"])
+    return Segment(center, center, number(shape["radius"]))
+
+def capsule(shape: Any) -> Segment:
+    """All points within `radius` of the segment pq."""
+    return Segment(vector(shape["p"]), vector(shape["q"]), number(shape["radius"]))
 
 def shares_of(faces: Any, atom: int = 0) -> Any:
     """Shares of the planes of one atom of a side, where a claim gives any."""
@@ -264,18 +247,59 @@ def separated(claim: Any, a: Solid, b: Solid) -> Interval:
     require(sign_of(room, n, a.radius + b.radius) > 0, "the planes across n leave no gap")
     return width_of(room, n, a.radius + b.radius), math.inf
 
+def escape(claim: Any, a: Solid, b: Solid) -> Interval:
+    """σ ≥ −D: moving B by D along n separates the two."""
+    n, room = room_along(claim, a, b)
+    require(sign_of(room, n, a.radius + b.radius) <= 0, "the planes across n leave a gap")
+    return width_of(room, n, a.radius + b.radius), math.inf
+
 def near(claim: Any, a: Solid, b: Solid) -> Interval:
     """σ ≤ ‖p − q‖, as p lies in A and q in B."""
     (p, beyond_a), (q, beyond_b) = a.member(claim["a"], True), b.member(claim["b"], True)
     return -math.inf, length(minus(p, q))[1] + beyond_a + beyond_b
 
+def ball_inside(points: Sequence[Vector], triangles: Any) -> Fraction:
+    """Square of the radius of a ball around 0 in the hull of some points.
+
+    The triangles are a closed surface, all of which turn their inner side to 0: so it winds around 0, and no ray from
+    0 leaves the hull before it meets the plane of one of them.
+    """
+    edges: Counter[tuple[int, int]] = Counter()
+    squares = []
+    for i, j, k in triangles:
+        require(min(i, j, k) >= 0, "no such point")
+        edges.update([(i, j), (j, k), (k, i)])
+        normal = cross(minus(points[j], points[i]), minus(points[k], points[i]))
+        height = dot(normal, points[i])
+        require(height > 0, "a triangle does not turn its inner side to 0")
+        squares.append(Fraction(height * height) / dot(normal, normal))
+    require(squares and all(n == edges[j, i] for (i, j), n in list(edges.items())), "the surface is not closed")
+    least: Fraction = min(squares)
+    return least
+
+def core(claim: Any, a: Solid, b: Solid) -> Interval:
+    """σ ≤ −r: a polytope of points p − q, with p in A and q in B, holds a ball of radius r around 0."""
+    found = [(a.member(p), b.member(q)) for p, q in claim["pairs"]]
+    points = [minus(p, q) for (p, _), (q, _) in found]
+    outside = max(beyond_a + beyond_b for (_, beyond_a), (_, beyond_b) in found)
+    if len(points) == 1 and not claim["triangles"]:
+        upper = length(points[0])[1] + outside - a.radius - b.radius
+    else:
+        upper = outside - root(ball_inside(points, claim["triangles"]))[0] - a.radius - b.radius
+    require(upper <= 0, "the points do not prove that the shapes meet")
+    return -math.inf, upper
+
 MEANING: dict[str, Any] = {
-    "Box": box,
+    "Point": point,
+    "Sphere": sphere,
+    "Capsule": capsule,
 }
 
 CHECKS: dict[str, Any] = {
     "separated": separated,
+    "escape": escape,
     "near": near,
+    "core": core,
 }
 
 def read(shape: Any) -> Any:
@@ -330,6 +354,16 @@ def distance_of(value: float) -> Any:
     """A distance as it is answered, exactly."""
     return number(value) if math.isfinite(value) else value
 
+def of_claim(_: Any, side: Any, __: Any) -> Iterator[Error]:
+    """Error of a claim low ≤ σ(x, y) − margin ≤ high, which the recorded answer makes."""
+    proof = side["claim"]
+    lower, upper = proof["exact"]
+    low, high = proof["low"], proof["high"]
+    under = number(low) - (upper - number(proof["margin"])) if math.isfinite(low) else -math.inf
+    over = lower - number(proof["margin"]) - number(high) if math.isfinite(high) else -math.inf
+    excess = min(max(under, over), distance_of(proof["cap"]))
+    yield proof["symptom"], excess - number(proof["rounding"]), proof["allowed"]
+
 def of_numbers(answer: Any, _: Any, held: Any) -> Iterator[Error]:
     """Errors of what is no number, or one that no scene can have, or is not there though there is a hit."""
     if answer.get("distance") == -math.inf:  # has neither witnesses nor a normal
@@ -366,6 +400,7 @@ def of_points(answer: Any, side: Any, held: Any) -> Iterator[Error]:
 
 TRIALS: dict[str, Any] = {
     "numbers": of_numbers,
+    "claim": of_claim,
     "value": of_value,
     "points": of_points,
 }
@@ -482,7 +517,7 @@ def main(arguments):
         print(f"the certificate does not hold: {why}")
         return 2
     answer, words = (told(arguments, NAMES), "") if arguments else asked(__file__, "--ask", 10, NAMES)
-    print_answer("bullet", answer, words, ANSWER)
+    print_answer("fcl", answer, words, ANSWER)
     print_proofs(sides)
     return verdict(answer, wrong_by(answer, ANSWER, sides, HELD), ALLOWED)
 

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-# fcl · distance · Box–Box · distance too large · generic · 1e-1
-"""fcl, distance of Box (A) and Box (B): distance too large.
+# bullet · distance · Box–Box · normal and depth move too far · generic · 1e-3
+"""bullet, distance of Box (A) and Box (B): normal and depth move too far.
 
-fcl answers a signed distance of 1.70293863659264: distance too large; the signed distance is proven to be
-between 1.3038404810405297 and 1.30384048104053. It is wrong by at least 0.399.
+bullet answers a signed distance of 0.9986704419204822: normal and depth move too far; once B is moved along
+its normal by its depth or gap, the signed distance is proven to be between 0.003050105149069248 and
+0.0030501051490692483, not 0. It is wrong by at least 0.00305. On the shapes that bullet effectively uses,
+still by 0.00105.
 
-    python FILE                       asks fcl, and judges its answer
+    python FILE                       asks bullet, and judges its answer
     python FILE "distance = 3.0" ...  judges this answer instead
 
 The engine is asked in a process of its own, which may crash, and is ended after 10 seconds. What is true need not
@@ -28,51 +30,74 @@ from typing import Any
 # ---- 1. The engine, called as its users call it ------------------------------------------------------------------
 
 def ask():
-    """FCL: distance of Box (a) and Box (b); of several objects the nearest or deepest counts."""
+    """Bullet: distance of Box (a) and Box (b)."""
 
     from importlib.metadata import version
 
-    import fcl
-    import numpy as np
+    import pybullet
 
-    print("python-fcl", version("python-fcl"))
-    a_shape = fcl.Box(1.0, 1.0, 1.0)
-    a = [
-        fcl.CollisionObject(a_shape, fcl.Transform(np.array([[0.6, 0.8, 0.0], [0.8, -0.6000000000000001, 0.0], [0.0, 0.0, -1.0]]), np.array([2.0, 0.5, -1.0]))),
-    ]
-    b_shape = fcl.Box(1.0, 1.0, 2.0)
-    b = [
-        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[-0.33333333333333326, 0.6666666666666666, 0.6666666666666666], [0.6666666666666666, -0.33333333333333326, 0.6666666666666666], [0.6666666666666666, 0.6666666666666666, -0.33333333333333326]]), np.array([0.0, -1.0, 1.0]))),
-    ]
+    print("pybullet", version("pybullet"))
+    pybullet.connect(pybullet.DIRECT)
+    a = []  # shape, position, orientation, and the part of its radius that is taken off again
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.0, 0.0, 0.0])
+    a.append((shape, [0.0, -1.0, 0.0], [0.0, 0.0, 1.0, 0.0], 0.0))
+    b = []  # shape, position, orientation, and the part of its radius that is taken off again
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.0, 0.0, 0.0])
+    b.append((shape, [-1.0, -1.0, 0.0], [0.0, -0.5773502691896258, -0.5773502691896258, -0.5773502691896258], 0.0))
+    def add(points, first, second, swapped):
+        for point in points:
+            normal = [-u for u in point[7]]  # from the first to the second
+            on_first = [u - first[3] * n for u, n in zip(point[5], normal)]
+            on_second = [u + second[3] * n for u, n in zip(point[6], normal)]
+            distance = point[8] + (first[3] + second[3])
+            if swapped:
+                found.append((distance, on_second, on_first, [-u for u in normal]))
+            else:
+                found.append((distance, on_first, on_second, normal))
 
 
-    def distance(x, y):
-        result = fcl.DistanceResult()
-        fcl.distance(x, y, fcl.DistanceRequest(enable_nearest_points=True, enable_signed_distance=True), result)
-        return result
-
-
-    result = min((distance(x, y) for x in a for y in b), key=lambda found: found.min_distance)
-    if result.nearest_points[0] is None:
-        raise RuntimeError("fcl.distance left its result empty")
-    print("distance =", repr(float(result.min_distance)))
-    print("on_a =", result.nearest_points[0].tolist())
-    print("on_b =", result.nearest_points[1].tolist())
+    found = []  # distance, on a, on b, normal from a to b
+    for first, second, swapped in [(a[0], b[0], False)]:
+        points = pybullet.getClosestPoints(
+            bodyA=-1,
+            bodyB=-1,
+            distance=1e+30,
+            collisionShapeA=first[0],
+            collisionShapeB=second[0],
+            collisionShapePositionA=first[1],
+            collisionShapePositionB=second[1],
+            collisionShapeOrientationA=first[2],
+            collisionShapeOrientationB=second[2],
+        )
+        add(points, first, second, swapped)
+    if not found:
+        raise RuntimeError("PyBullet returned no closest point")
+    distance, on_a, on_b, normal = min(found, key=lambda one: one[0])
+    print("distance =", repr(distance))
+    print("on_a =", on_a)
+    print("on_b =", on_b)
+    print("normal =", normal)
 
 
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
-A = {"type": "Box", "center": [2.0, 0.5, -1.0], "half_extents": [0.5, 0.5, 0.5], "rotation": [1.0, 0.5, 0.0, 0.0]}
-B = {"type": "Box", "center": [0.0, -1.0, 1.0], "half_extents": [0.5, 0.5, 1.0], "rotation": [1.0, 1.0, 1.0, 0.0]}
-ANSWER = {
-    "distance": 1.70293863659264,
-    "on_a": [1.3, 0.3999999999999999, -0.5],
-    "on_b": [1.1666666666666665, -0.8333333333333333, 0.6666666666666667],
+A = {"type": "Box", "center": [0.0, -1.0, 0.0], "half_extents": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 1.0, 0.0]}
+B = {
+    "type": "Box",
+    "center": [-1.0, -1.0, 0.0],
+    "half_extents": [0.0, 0.0, 0.0],
+    "rotation": [0.0, -1.0, -1.0, -1.0],
 }
-HELD = {"owed": ["distance", "on_a", "on_b"], "witness": 3e-06, "distance": 3e-06}
+ANSWER = {
+    "distance": 0.9986704419204822,
+    "on_a": [3.772724355144419e-09, -0.9990026648800195, -0.000999333779995153],
+    "on_b": [-0.9986666704393911, -1.0016640017866474, -0.0003339995533381804],
+    "normal": [-0.999996227275577, -0.0026648800193886137, 0.0006662200048471534],
+}
+HELD = {"owed": ["distance", "normal", "on_a", "on_b"], "witness": 2e-12, "distance": 2e-12}
 SIDES = [
     {
-        "symptom": "distance too large",
+        "symptom": "normal and depth move too far",
         "margins": [0.0, 0.0],
         "truth": {
             "about": "the signed distance of A and B is {}",
@@ -80,17 +105,86 @@ SIDES = [
             "x": A,
             "y": B,
             "margin": 0.0,
-            "interval": [1.3038404810405297, 1.30384048104053],
+            "interval": [1.0, 1.0],
             "claims": [
-                {"kind": "separated", "n": [-0.8888888888888888, -1.0, 0.5555555555555556], "faces": [[], []]},
-                {"kind": "near", "a": [1.3, 0.4, -0.5], "b": [0.5, -0.5, 0.0]},
+                {"kind": "separated", "n": [-1.0, 0.0, 0.0], "faces": [[], []]},
+                {"kind": "near", "a": [0.0, -1.0, 0.0], "b": [-1.0, -1.0, 0.0]},
             ],
         },
-        "claim": None,
+        "claim": {
+            "about": "once B is moved along its normal by its depth or gap, the signed distance is {}, not 0",
+            "kind": "solids",
+            "x": A,
+            "y": {
+                "type": "Box",
+                "center": [-0.0013333257878845872, -0.9973386630933722, -0.0006653342266569724],
+                "half_extents": [0.0, 0.0, 0.0],
+                "rotation": [0.0, -1.0, -1.0, -1.0],
+            },
+            "margin": 0.0,
+            "interval": [0.003050105149069248, 0.0030501051490692483],
+            "claims": [
+                {"kind": "separated", "n": [-0.500998496118266, 1.0, -0.25000000000000444], "faces": [[], []]},
+                {
+                    "kind": "near",
+                    "a": [0.0, -1.0, 0.0],
+                    "b": [-0.0013333257878845872, -0.9973386630933722, -0.0006653342266569724],
+                },
+            ],
+            "low": 0.0,
+            "high": 0.0,
+            "cap": math.inf,
+            "rounding": 1.7751726082090218e-15,
+            "symptom": "normal and depth move too far",
+            "allowed": 2e-12,
+        },
+    },
+    {
+        "symptom": "normal and depth move too far",
+        "margins": [0.001, 0.001],
+        "truth": {
+            "about": "the signed distance of A and B, of the shapes that bullet effectively uses is {}",
+            "kind": "solids",
+            "x": A,
+            "y": B,
+            "margin": 0.002,
+            "interval": [1.0, 1.0],
+            "claims": [
+                {"kind": "separated", "n": [-1.0, 0.0, 0.0], "faces": [[], []]},
+                {"kind": "near", "a": [0.0, -1.0, 0.0], "b": [-1.0, -1.0, 0.0]},
+            ],
+        },
+        "claim": {
+            "about": "once B is moved along its normal by its depth or gap, the signed distance is {}, not 0, of the shapes that bullet effectively uses",
+            "kind": "solids",
+            "x": A,
+            "y": {
+                "type": "Box",
+                "center": [-0.0013333257878845872, -0.9973386630933722, -0.0006653342266569724],
+                "half_extents": [0.0, 0.0, 0.0],
+                "rotation": [0.0, -1.0, -1.0, -1.0],
+            },
+            "margin": 0.002,
+            "interval": [0.003050105149069248, 0.0030501051490692483],
+            "claims": [
+                {"kind": "separated", "n": [-0.500998496118266, 1.0, -0.25000000000000444], "faces": [[], []]},
+                {
+                    "kind": "near",
+                    "a": [0.0, -1.0, 0.0],
+                    "b": [-0.0013333257878845872, -0.9973386630933722, -0.0006653342266569724],
+                },
+            ],
+            "low": 0.0,
+            "high": 0.0,
+            "cap": math.inf,
+            "rounding": 1.7751726082090218e-15,
+            "symptom": "normal and depth move too far",
+            "allowed": 2e-12,
+        },
     },
 ]
-ALLOWED = "fcl is allowed an error of distance 3e-06, witness 3e-06"
-NEEDED = [["fcl", "pip install python-fcl"], ["numpy", "pip install numpy"]]
+ALLOWED = "bullet is allowed an error of distance 2e-12, witness 2e-12"
+NEEDED = [["pybullet", "pip install pybullet"]]
 NAMES = ["hit", "distance", "on_a", "on_b", "normal", "t", "point"]
 
 
@@ -289,6 +383,16 @@ def distance_of(value: float) -> Any:
     """A distance as it is answered, exactly."""
     return number(value) if math.isfinite(value) else value
 
+def of_claim(_: Any, side: Any, __: Any) -> Iterator[Error]:
+    """Error of a claim low ≤ σ(x, y) − margin ≤ high, which the recorded answer makes."""
+    proof = side["claim"]
+    lower, upper = proof["exact"]
+    low, high = proof["low"], proof["high"]
+    under = number(low) - (upper - number(proof["margin"])) if math.isfinite(low) else -math.inf
+    over = lower - number(proof["margin"]) - number(high) if math.isfinite(high) else -math.inf
+    excess = min(max(under, over), distance_of(proof["cap"]))
+    yield proof["symptom"], excess - number(proof["rounding"]), proof["allowed"]
+
 def of_numbers(answer: Any, _: Any, held: Any) -> Iterator[Error]:
     """Errors of what is no number, or one that no scene can have, or is not there though there is a hit."""
     if answer.get("distance") == -math.inf:  # has neither witnesses nor a normal
@@ -325,6 +429,7 @@ def of_points(answer: Any, side: Any, held: Any) -> Iterator[Error]:
 
 TRIALS: dict[str, Any] = {
     "numbers": of_numbers,
+    "claim": of_claim,
     "value": of_value,
     "points": of_points,
 }
@@ -441,7 +546,7 @@ def main(arguments):
         print(f"the certificate does not hold: {why}")
         return 2
     answer, words = (told(arguments, NAMES), "") if arguments else asked(__file__, "--ask", 10, NAMES)
-    print_answer("fcl", answer, words, ANSWER)
+    print_answer("bullet", answer, words, ANSWER)
     print_proofs(sides)
     return verdict(answer, wrong_by(answer, ANSWER, sides, HELD), ALLOWED)
 
