@@ -143,8 +143,7 @@ def _regimes_of(found: Accuracy, named: Sequence[str], asked: Sequence[tuple[str
         rows, clean = [], 0
         for regime, rows_of in known.get(cell, {}).items():
             if any(_worst(row, relative=False)[0] > 0 for row in rows_of.values()):
-                entries = [_entries(rows_of[name]) if name in rows_of else [] for name in named]
-                rows.append((text.visible(regime), *map(_in_short, entries)))
+                rows.append((text.visible(regime), *(_in_short(rows_of.get(name)) for name in named)))
             else:
                 clean += 1
         if clean:
@@ -153,9 +152,21 @@ def _regimes_of(found: Accuracy, named: Sequence[str], asked: Sequence[tuple[str
     return tuple(more)
 
 
-def _in_short(entries: Sequence[Entry]) -> str:
-    """Entries with their notes, as the page's script takes them apart; nothing where there is no value."""
-    return "|".join([*(entry.text for entry in entries), *(entry.note for entry in entries)])
+def _in_short(row: Errors | None) -> str:
+    """Median, 99th percentile and worst, relative and as lengths, as the page's script takes them apart.
+
+    An error of 1.2e-09 is 12-9, for there are thousands; nothing stands where there is no value, one 0 for no error.
+    """
+    if row is None or row.absolute is None or row.relative is None:
+        return ""
+    ranks = [value for spread in (row.relative, row.absolute) for value in (spread.median, spread.p99, spread.worst)]
+    return "0" if not any(ranks) else "|".join(map(_coded, ranks))
+
+
+def _coded(value: float) -> str:
+    shown = _short(value)
+    digits, e, power = shown.partition("e")
+    return f"{digits.replace('.', '')}{int(power):+d}" if e else shown
 
 
 def _entries(row: Errors) -> list[Entry]:
@@ -231,7 +242,7 @@ def _overall(known: Mapping[CellKey, Speed], named: Sequence[str], engine: str, 
 def _speed(speed: Speed | None) -> Entry:
     if speed is None:
         return Entry("–")
-    return Entry(_micro(speed.seconds / speed.answers), title=text.plural(speed.answers, "answer"))
+    return Entry(_micro(speed.seconds / speed.answers))
 
 
 def _micro(seconds: float) -> str:

@@ -79,6 +79,7 @@ def _environment() -> Environment:
     environment.globals |= {"column_groups": column_groups}
     environment.filters |= {
         "count": text.count,
+        "brief": lambda value: value if value is None else f"{value:.3g}",
         "visible": text.visible,
         "sha256": digest,
         "ledger_anchor": ledger.anchor,

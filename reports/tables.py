@@ -76,7 +76,7 @@ class Column:
 
 
 More = tuple[tuple[tuple[str, ...], ...], ...]
-"""For each row the rows below it: a heading, and for each group of columns its texts and notes, parted by |."""
+"""For each row the rows below it: a heading, and for each group of columns its numbers, as the script reads them."""
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,14 @@
 
   // -- rows that open to more of them ------------------------------------------------------------------------
 
-  /* The rows below one: a heading, and for each group of columns its texts and, behind them, what stands below these. */
+  /* An error as it is sent, 12-9 for 1.2e-09, and that the worst of a regime is certain by floats alone. */
+  function decoded(code, place) {
+    if (!code || code === "0") return code || "–";
+    const text = code.replace(/^(\d)(\d)([+-])(\d+)$/, (_, a, b, sign, power) => `${a}.${b}e${sign}${power.padStart(2, "0")}`);
+    return place % 3 === 2 ? `≥ ${text}` : text;
+  }
+
+  /* The rows below one: a heading, and for each group of columns its errors and, behind them, what stands below these. */
   function below(row, more) {
     return more.map(([heading, ...groups]) => {
       const line = document.createElement("tr");
@@ -163,14 +170,14 @@
       const head = line.appendChild(document.createElement("th"));
       head.scope = "row";
       head.textContent = heading;
+      if (!groups.length) head.colSpan = row.cells.length;
       const width = groups.length && (row.cells.length - 1) / groups.length;
       for (const group of groups) {
-        const parts = group ? group.split("|") : [];
+        const codes = group === "0" ? Array(2 * width).fill("0") : group.split("|");
         for (let k = 0; k < width; k += 1) {
           const cell = line.appendChild(document.createElement("td"));
-          cell.className = "number";
-          cell.textContent = parts.length ? parts[k] : "–";
-          if (parts[width + k]) cell.appendChild(document.createElement("small")).textContent = parts[width + k];
+          cell.textContent = decoded(codes[k], k);
+          if (group) cell.appendChild(document.createElement("small")).textContent = decoded(codes[width + k], k);
         }
       }
       return line;

@@ -19,7 +19,7 @@ class Figure {
     this.shown = new Set(this.layers);
     this.canvas = document.createElement('canvas');
     const wording = { tabindex: 0, role: 'application', 'aria-roledescription': '3D picture' };
-    for (const [name, value] of Object.entries({ ...wording, 'aria-label': `${data.label} ${HELP}` })) {
+    for (const [name, value] of Object.entries({ ...wording, 'aria-label': `${element.querySelector('svg title').textContent} ${HELP}` })) {
       this.canvas.setAttribute(name, value);
     }
     this.canvas.title = HELP;

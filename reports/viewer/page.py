@@ -26,15 +26,14 @@ def scene_data(bucket: Bucket) -> dict[str, Any]:
 
     ``a``, ``b`` and ``ghost`` are lists of bodies, each ``[kind, numbers, …]``; ``marks`` are ``[layer, kind, six
     numbers, label]``; ``view`` is azimuth and elevation in degrees; ``size`` the radius of the picture in the scene's
-    lengths, null where no double holds it; ``label`` and ``engine`` are texts, ``said`` a list of
-    ``[layer, text]``.
+    lengths, null where no double holds it; ``engine`` is a text, ``said`` a list of ``[layer, text]``. What is drawn is
+    said by the still picture's title.
     """
     return _data(picture_of(bucket))
 
 
 def _data(picture: Picture) -> dict[str, Any]:
     found: dict[str, Any] = {
-        "label": picture.label,
         "engine": picture.engine,
         "said": [list(words) for words in picture.said],
         "view": [picture.view.azimuth, picture.view.elevation],
