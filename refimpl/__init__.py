@@ -9,6 +9,7 @@ from refimpl.bounds import aabb, bounding_sphere
 from refimpl.contacts import Contacts, contacts
 from refimpl.loading import from_trimesh, load_hulls, load_polyhedron
 from refimpl.mass import MassProperties, mass_properties
+from refimpl.motions import RigidMotion, Translation
 from refimpl.pairs import table
 from refimpl.proof import certify
 from refimpl.queries import collide, distance, intersect, raycast
@@ -32,6 +33,7 @@ from refimpl.shapes import (
     UnsupportedOperation,
 )
 from refimpl.supports import support, support_point
+from refimpl.sweeps import SweepHit, SweptShape, sweep, swept
 
 __all__ = [
     "AABB",
@@ -51,9 +53,13 @@ __all__ = [
     "Proxy",
     "Ray",
     "RayHit",
+    "RigidMotion",
     "Separation",
     "ShapeError",
     "Sphere",
+    "SweepHit",
+    "SweptShape",
+    "Translation",
     "UnsupportedOperation",
     "aabb",
     "bounding_sphere",
@@ -69,5 +75,7 @@ __all__ = [
     "raycast",
     "support",
     "support_point",
+    "sweep",
+    "swept",
     "table",
 ]

@@ -92,11 +92,7 @@ class BoxTree:
 
     def _halve(self, bounds: NDArray[np.int64]) -> None:
         """Sort every run along the axis in which its centres spread most."""
-        center = self.items.center[self.order]
-        spread = np.maximum.reduceat(center, bounds[:-1]) - np.minimum.reduceat(center, bounds[:-1])
-        run = np.repeat(np.arange(len(bounds) - 1), np.diff(bounds))
-        key = center[np.arange(len(center)), np.argmax(spread, axis=1)[run]]
-        self.order = self.order[np.lexsort((key, run))]
+        self.order = self.order[along_widest(self.items.center[self.order], bounds[:-1])]
 
     def runs(self, nodes: Indices) -> tuple[Indices, Indices]:
         """Items of nodes of the last level, and for each the place of its node in `nodes`."""
@@ -107,20 +103,19 @@ class BoxTree:
         return self.order[start[place] + within], place
 
 
-def meeting_pairs(tree: BoxTree) -> tuple[Indices, Indices]:
-    """Pairs i < j of items of one tree whose boxes meet."""
-    a = b = np.zeros(1, dtype=np.int64)
-    for level in tree.levels[1:]:
-        a, b = _children(a, b)
-        keep = (a <= b) & (gaps(level.at(a), level.at(b)) == 0)
-        a, b = a[keep], b[keep]
-    first, second = _all_items(tree, a, tree, b)
-    keep = first != second
-    first, second = first[keep], second[keep]
-    low, high = np.minimum(first, second), np.maximum(first, second)
-    keep = gaps(tree.items.at(low), tree.items.at(high)) == 0
-    pairs = np.unique(np.stack([low[keep], high[keep]], axis=1), axis=0)
-    return pairs[:, 0], pairs[:, 1]
+def along_widest(center: Array, begin: Indices) -> Indices:
+    """Permutation that sorts every run of centres (n, D) along the axis in which it spreads most.
+
+    Parameters
+    ----------
+    center : (n, D)
+    begin : (k,), ascending
+        Where the runs begin; none is empty.
+    """
+    spread = np.maximum.reduceat(center, begin) - np.minimum.reduceat(center, begin)
+    run = np.repeat(np.arange(len(begin)), np.diff(np.append(begin, len(center))))
+    key = center[np.arange(len(center)), np.argmax(spread, axis=1)[run]]
+    return np.lexsort((key, run))
 
 
 def near_pairs(

@@ -16,14 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from refimpl.cells import UNSURE, Arrangement, Cell, Facet, Loop, Plane, Point, bounding_cell
+from refimpl.cells import Arrangement, Cell, Facet, Loop, Plane, Point, bounding_cell
+from refimpl.cutting import Face, cutting_plane
 from refimpl.linear import Array
 from refimpl.meshes import Triangles
 from refimpl.signs import Points
 
-CANDIDATES = 24  # cutting planes that are compared for a cell
-SAMPLE = 120  # faces of a cell that are looked at for the comparison
-LEVEL = 1e-12  # what is looked at for choosing only may be decided roughly
+EMPTY, SOLID = -1, -2
+"""What is in a cell that is not cut any further."""
 
 
 class Piece(NamedTuple):
@@ -57,17 +57,19 @@ class Piece(NamedTuple):
         return total
 
 
-class Face(NamedTuple):
-    """What of a mesh's face lies in a cell.
+class Cut(NamedTuple):
+    """A node of the tree: a plane, and what is below and above it.
 
-    `side` is 1 where the stored plane's normal looks outwards. `lines` says of each edge, from its corner on, what it
-    is part of: a plane's number, or the two ends of an edge of the mesh.
+    Attributes
+    ----------
+    plane : (a, b, c, d), whole numbers
+        Below is ax + by + cz + d < 0.
+    children : list of two int
+        Below and above: another node's number, `EMPTY` or `SOLID`.
     """
 
-    plane: int
-    side: int
-    loop: Loop
-    lines: tuple[int | tuple[int, int], ...]
+    plane: Plane
+    children: list[int]
 
 
 def convex_pieces(vertices: Array, triangles: Triangles) -> list[Piece]:
@@ -80,17 +82,27 @@ def convex_pieces(vertices: Array, triangles: Triangles) -> list[Piece]:
         A mesh that `meshes.require_solid` accepts.
     """
     space, faces, reach, exponent = _exact_faces(vertices, triangles)
-    if _cutting_plane(space, faces) is None:
+    if cutting_plane(space, faces) is None:
         cells = [_convex_cell(faces)]
     else:
-        cells = _joined(space, _solid_cells(space, bounding_cell(space, reach), faces))
+        cells = _joined(space, _solid_cells(space, bounding_cell(space, reach), faces)[0])
     return [_piece(space, cell, exponent) for cell in cells]
+
+
+def solid_tree(vertices: Array, triangles: Triangles) -> list[Cut]:
+    """Give the tree that parts the solid which a mesh bounds from the rest of space; the first node is its root.
+
+    Parameters as for `convex_pieces`.
+    """
+    space, faces, reach, exponent = _exact_faces(vertices, triangles)
+    _, tree = _solid_cells(space, bounding_cell(space, reach), faces)
+    return [Cut(_own_unit(cut.plane, exponent), cut.children) for cut in tree]
 
 
 def bounds_convex(vertices: Array, triangles: Triangles) -> bool:
     """Whether the solid that a mesh bounds is convex."""
     space, faces, _, _ = _exact_faces(vertices, triangles)
-    return _cutting_plane(space, faces) is None
+    return cutting_plane(space, faces) is None
 
 
 def _exact_faces(vertices: Array, triangles: Triangles) -> tuple[Arrangement, list[Face], int, int]:
@@ -115,23 +127,31 @@ def _face(space: Arrangement, loop: list[int]) -> Face:
     return Face(plane, side, (p, q, r), ((p, q), (q, r), (r, p)))
 
 
-def _solid_cells(space: Arrangement, cell: Cell, faces: list[Face]) -> list[Cell]:
-    """The tree, walked depth first without recursion: what is solid of a cell."""
-    found, waiting = [], [(cell, faces)]
+def _solid_cells(space: Arrangement, cell: Cell, faces: list[Face]) -> tuple[list[Cell], list[Cut]]:
+    """What is solid of a cell, and the tree that tells, walked depth first without recursion."""
+    found: list[Cell] = []
+    tree: list[Cut] = []
+    root = Cut((0, 0, 0, 0), [0, 0])
+    waiting = [(cell, faces, root, 0)]
     while waiting:
-        cell, faces = waiting.pop()
-        plane = _cutting_plane(space, faces)
+        cell, faces, parent, place = waiting.pop()
+        parent.children[place] = len(tree)
+        plane = cutting_plane(space, faces)
         if plane is None:
-            found.append(_behind_all(space, cell, faces))
+            found.append(_behind_all(space, cell, faces, tree))
             continue
+        cut = Cut(space.planes[plane], [EMPTY, EMPTY])
+        tree.append(cut)
         below, within, above = _cut_faces(space, faces, plane)
-        for part, inside, side in zip(cell.split(space, plane), (below, above), (-1, 1), strict=True):
+        halves = zip(cell.split(space, plane), (below, above), (-1, 1), strict=True)
+        for place, (part, inside, side) in enumerate(halves):
             assert part is not None  # a face of the cell lies in the plane
             if inside:
-                waiting.append((part, inside))
+                waiting.append((part, inside, cut, place))
             elif within == -side:
                 found.append(part)
-    return found
+                cut.children[place] = SOLID
+    return found, tree
 
 
 def _cut_faces(space: Arrangement, faces: list[Face], plane: int) -> tuple[list[Face], int, list[Face]]:
@@ -198,66 +218,18 @@ def _convex_cell(faces: list[Face]) -> Cell:
     return Cell(facets)
 
 
-def _behind_all(space: Arrangement, cell: Cell, faces: list[Face]) -> Cell:
-    """What of a cell is behind all of its faces."""
+def _behind_all(space: Arrangement, cell: Cell, faces: list[Face], tree: list[Cut]) -> Cell:
+    """What of a cell is behind all of its faces; the tree gets a node for the plane of each."""
     for plane, side in dict.fromkeys((face.plane, face.side) for face in faces):
+        after = len(tree) + 1
+        tree.append(Cut(space.planes[plane], [after, EMPTY] if side > 0 else [EMPTY, after]))
         parts = cell.split(space, plane)
         part = parts[0] if side > 0 else parts[1]
         assert part is not None
         cell = part
+    last = tree[-1].children
+    last[last.index(len(tree))] = SOLID
     return cell
-
-
-# ------------------------------------------------------------------------------------------ choosing
-
-
-def _cutting_plane(space: Arrangement, faces: list[Face]) -> int | None:
-    """Plane of a face that other faces lie in front of, chosen so that few such pairs are left; None without any."""
-    if len(faces) > SAMPLE:
-        some = [faces[i] for i in np.linspace(0, len(faces) - 1, SAMPLE).astype(int).tolist()]
-        plane = _best_plane(space, some)
-        if plane is not None:
-            return plane
-    elif (plane := _best_plane(space, faces)) is not None:
-        return plane
-    return _any_concave(space, faces)
-
-
-def _best_plane(space: Arrangement, faces: list[Face]) -> int | None:
-    """Of the planes of these faces, the one whose cut leaves the fewest pairs (plane, face in front of it)."""
-    start = np.cumsum([0] + [len(face.loop) for face in faces[:-1]])
-    near = np.array([space.near[corner] for face in faces for corner in face.loop])
-    slopes = np.array([space.slopes[face.plane] for face in faces]) * np.array([[face.side] for face in faces])
-    height = slopes[:, :3] @ near.T + slopes[:, 3:]
-    front = np.maximum.reduceat(height, start, axis=1) > LEVEL
-    concave = np.flatnonzero(front.any(axis=1))
-    if len(concave) == 0:
-        return None
-    if len(concave) > CANDIDATES:
-        concave = concave[np.linspace(0, len(concave) - 1, CANDIDATES).astype(int)]
-    back = np.minimum.reduceat(height[concave], start, axis=1) < -LEVEL
-    relation = front.astype(np.float32)
-    left = np.zeros(len(concave))
-    for part in (front[concave].astype(np.float32), back.astype(np.float32)):
-        left += np.sum((part @ relation) * part, axis=1)
-    return faces[int(concave[np.argmin(left)])].plane
-
-
-def _any_concave(space: Arrangement, faces: list[Face]) -> int | None:
-    """Plane of a face that some corner lies in front of; decided exactly."""
-    planes = list(dict.fromkeys((face.plane, face.side) for face in faces))
-    corners = list(dict.fromkeys(corner for face in faces for corner in face.loop))
-    near = np.array([space.near[corner] for corner in corners])
-    slopes = np.array([space.slopes[plane] for plane, _ in planes]) * np.array([[side] for _, side in planes])
-    for first in range(0, len(planes), 256):
-        height = slopes[first : first + 256, :3] @ near.T + slopes[first : first + 256, 3:]
-        if np.any(height > LEVEL):
-            return planes[first + int(np.argmax(np.max(height, axis=1)))][0]
-        for i, j in np.argwhere(height > -2 * UNSURE).tolist():
-            plane, side = planes[first + i]
-            if space.side(corners[j], plane) == side:
-                return plane
-    return None
 
 
 # ------------------------------------------------------------------------------------------- joining
@@ -296,6 +268,13 @@ def _reduced(x: int, y: int, z: int, w: int) -> tuple[int, int, int, int]:
     return x // shared, y // shared, z // shared, w // shared
 
 
+def _own_unit(plane: Plane, exponent: int) -> Plane:
+    """Turn a plane of the grid, whose coordinates count 2^exponent, into the same in the mesh's own unit."""
+    a, b, c, d = plane
+    up, down = 1 << max(exponent, 0), 1 << max(-exponent, 0)
+    return _reduced(a * down, b * down, c * down, d * up)
+
+
 def _piece(space: Arrangement, cell: Cell, exponent: int) -> Piece:
     """A cell in the mesh's own unit: grid coordinates times 2^exponent."""
     up, down = 1 << max(exponent, 0), 1 << max(-exponent, 0)
@@ -305,7 +284,7 @@ def _piece(space: Arrangement, cell: Cell, exponent: int) -> Piece:
     planes = []
     for facet in cell.facets:
         a, b, c, d = (-facet.side * x for x in space.planes[facet.plane])
-        planes.append(_reduced(a * down, b * down, c * down, d * up))
+        planes.append(_own_unit((a, b, c, d), exponent))
     vertices = np.array([[x / w, y / w, z / w] for x, y, z, w in corners])
     loops = tuple(tuple(number[corner] for corner in facet.loop) for facet in cell.facets)
     return Piece(tuple(planes), corners, loops, vertices)

@@ -11,12 +11,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from refimpl.boxtree import BoxTree, meeting_pairs
 from refimpl.linear import Array, Bools
 from refimpl.proxy import ShapeError
 from refimpl.signs import Indices, Points, Signs
 
 Triangles = NDArray[np.int64]
+FEW = 64
+"""Of no more faces each is compared with each."""
 
 
 class MeshError(ShapeError):
@@ -109,8 +110,7 @@ def _open(ends: str, faces: list[int]) -> str:
 
 
 def _require_embedded(points: Points, vertices: Array, triangles: Triangles) -> None:
-    corners = points.near[triangles]
-    first, second = meeting_pairs(BoxTree(corners.min(axis=1), corners.max(axis=1)))
+    first, second = _near_faces(points.near[triangles])
     shared = triangles[first][:, :, None] == triangles[second][:, None, :]
     number = shared.sum(axis=(1, 2))
     bad = number == 3
@@ -123,6 +123,15 @@ def _require_embedded(points: Points, vertices: Array, triangles: Triangles) -> 
         f, g = (_face(vertices, triangles, int(i[row])) for i in (first, second))
         how = "twice the same face" if number[row] == 3 else "self-intersecting"
         raise MeshError(f"{how}: {f} and {g} meet beyond the corners they share ({np.sum(bad)} such pairs)")
+
+
+def _near_faces(corners: Array) -> tuple[Indices, Indices]:
+    """Pairs i < j of faces whose boxes meet, sorted."""
+    from refimpl.broadphase import BruteForce, Octree  # noqa: PLC0415  the package needs shapes, and those need meshes
+
+    structure = BruteForce() if len(corners) <= FEW else Octree()
+    first, second = structure.build(corners.min(axis=1), corners.max(axis=1)).pairs().T
+    return first, second
 
 
 def _crossing(points: Points, f: Triangles, g: Triangles, _: Bools) -> Bools:

@@ -96,6 +96,32 @@ class RayHit(_Answer):
     normal: Array
 
 
+@dataclass(frozen=True)
+class SweepHit(_Answer):
+    """First contact of two moving proxies.
+
+    Attributes
+    ----------
+    hit : (...) bool
+        Whether the closed sets have a point in common at some time from 0 to 1.
+    t : (...)
+        First such time: 0 when they overlap from the start, inf when they never meet.
+    point : (..., 3)
+        A point that both have in common at that time; NaN when they never meet.
+    normal : (..., 3)
+        Unit vector from A to B at the contact; NaN when they never meet, and when they overlap from the start.
+    t_lower : (...)
+        No contact is believed to come before this time, t or a rounding error less; inf when they never meet. What is
+        proven, `refimpl.proof.certify_sweep` tells.
+    """
+
+    hit: Bools
+    t: Array
+    point: Array
+    normal: Array
+    t_lower: Array
+
+
 def where(condition: Bools, yes: Array, no: Array) -> Array:
     """Choose per row, for numbers and vectors alike."""
     extra = np.ndim(yes) - np.ndim(condition)

@@ -129,6 +129,35 @@ def bounces() -> int:
 
 
 @app.command()
+def touching(
+    bodies: Annotated[int, typer.Option(min=2, max=5000, metavar="NUMBER", help="How many bodies to throw.")] = 400,
+    seed: Annotated[
+        int,
+        typer.Option(
+            parser=options.whole("--seed", 0, options.LARGEST_SEED),
+            metavar="NUMBER",
+            help="Another seed throws others.",
+        ),
+    ] = 0,
+) -> int:
+    """Throw bodies of many types into a room, and hold the pipeline of refimpl and PyBullet to proofs of who touches.
+
+    Exit status: 0 both name the pairs that they must, up to PyBullet's margins; 1 one of them does not.
+    """
+    from oracles.crowds.making import thrown  # noqa: PLC0415
+    from oracles.crowds.touching import compared  # noqa: PLC0415
+    from oracles.engine import EngineUnavailable  # noqa: PLC0415
+    from reports.crowds import as_markdown  # noqa: PLC0415
+
+    try:
+        found = compared(thrown(bodies, seed))
+    except EngineUnavailable as error:
+        raise BadInput(str(error)) from None
+    print(as_markdown(found), end="")
+    return running.INCOMPLETE if found.wrong or found.far_named else FINISHED
+
+
+@app.command()
 def models(
     folder: Annotated[
         Path | None,

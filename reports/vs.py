@@ -13,6 +13,7 @@ from pathlib import Path
 
 import refimpl
 from refimpl.pairs import CLOSED, FINITE, ITERATIVE, PROBES, SOLIDS
+from refimpl.sweeps.methods import methods_of
 
 MEASURED = Path(__file__).parent / "measured.json"
 
@@ -107,10 +108,11 @@ def _details() -> list[str]:
         f"<details><summary>All {len(by_pair)} pairs: algorithm, worst error seen, time</summary>",
         "",
         "Error relative to the scene's size, against 50 digits; median time of one pair alone, and of one in batches",
-        "of 10 000; how many times the rate of python-fcl and PyBullet the latter is. Everything in one thread.",
+        "of 10 000; how many times the rate of python-fcl and PyBullet the latter is. Everything in one thread. How",
+        "`sweep` finds the first contact of moving proxies, in translation and in rigid motion.",
         "",
-        "| pair | | algorithm | worst error | alone | in a batch | × FCL | × Bullet |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| pair | | algorithm | worst error | alone | in a batch | × FCL | × Bullet | translation | rigid motion |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for a, b in refimpl.table():
         pair = f"{a.__name__}–{b.__name__}"
@@ -121,6 +123,7 @@ def _details() -> list[str]:
             _number(seen.get("batch_us"), "{:.2g} µs"),
             _number(seen.get("fcl"), "{:.1f}"),
             _number(seen.get("bullet"), "{:.1f}"),
+            *(methods_of(a, b) or ("–", "–")),
         ]
         lines.append(f"| {pair} | {algorithm.mark} | {algorithm.name} | {' | '.join(columns)} |")
     return [*lines, "", "</details>"]

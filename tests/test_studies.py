@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from itertools import product
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,11 +12,14 @@ import numpy as np
 import pytest
 
 import reports.studies
-from reports.studies import bounces, cradle, particles, plots
+from oracles import tunnelling
+from refimpl import Point, distance, support
+from reports.studies import bounces, cradle, particles, plots, rejects
 from reports.studies.__main__ import main
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pybullet")
+pytest.importorskip("fcl")
 
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[+-]\d+)?")
 HERE = Path(reports.studies.__file__).parent
@@ -72,7 +76,54 @@ def test_more_iterations_are_better_until_the_step_bends() -> None:
         assert course.errors[-1] < 2 * course.time_step
 
 
+def test_steps_tunnel_as_often_as_none_falls_into_the_overlap_and_sweeps_never() -> None:
+    found = [tunnelling.Flight(*numbers) for numbers in product((1 / 60, 1 / 10), (0.01, 0.1), (3.0, 30.0))]
+    for flight in found:
+        assert abs(tunnelling.by_stepping(flight) - tunnelling.expected(flight)) < 1 / tunnelling.MOMENTS
+        assert tunnelling.by_sweep(flight) == 0
+    shares = [tunnelling.expected(flight) for flight in found]
+    assert min(shares) == 0
+    assert max(shares) > 0.9
+
+
+def test_bullet_sweeps_only_bodies_in_maximal_coordinates() -> None:
+    flight = tunnelling.Flight(1 / 60, 0.01, 30.0)
+    shares = []
+    for swept, maximal in ((False, False), (True, False), (True, True)):
+        with tunnelling.bullet(swept, maximal) as watch:
+            shares.append(watch(flight))
+    assert shares[0] == shares[1] == pytest.approx(tunnelling.pushed_through(flight), abs=1 / tunnelling.MOMENTS)
+    assert shares[2] == 0
+
+
 def test_without_matplotlib_the_error_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
     with pytest.raises(plots.StudyUnavailable, match=r"proxyproof\[studies\]"), plots.figure(tmp_path / "x.svg"):
         pass
+
+
+def test_early_rejects_are_told_from_what_was_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rejects, "COUNT", 30)
+    monkeypatch.setattr(rejects, "REPEATS", 1)
+    plain, ball = (rejects.course("capsule", volume, broad=False) for volume in (rejects.NONE, "Sphere"))
+    assert plain.asked == plain.passed == ball.asked == 30 * 29 // 2
+    assert ball.hits == plain.hits < ball.passed < ball.asked / 2
+    assert plain.reject == 0 < plain.miss
+    assert ball._replace(reject=3.0, miss=1.0, hit=6.0).wasted == pytest.approx(0.4)
+    behind = rejects.course("capsule", "AABB", broad=True)
+    assert behind.passed == behind.asked < plain.asked
+    assert behind.hits == plain.hits
+    page = rejects.told([plain, ball, behind])
+    assert f"| capsule | no | Sphere | 435 | {ball.passed} | {ball.hits} |" in page
+    rejects.draw([plain, ball, behind], tmp_path / "x.svg")
+    assert ElementTree.parse(tmp_path / "x.svg").getroot().tag.endswith("svg")
+
+
+@pytest.mark.parametrize("collider", rejects.COLLIDERS)
+def test_volumes_of_the_study_contain_their_points(collider: str) -> None:
+    shape, points = rejects.COLLIDERS[collider]()
+    for name, volume in rejects.volumes(shape, points).items():
+        if collider != "capsule" or name != "Sphere":  # the ball is fitted to the capsule, not to the points about it
+            assert np.all(distance(volume, Point(points)).distance <= 1e-8), name
+    directions = np.random.default_rng(0).normal(size=(200, 3))
+    assert np.all(support(shape, directions) <= np.max(points @ directions.T, axis=0) + 1e-12)

@@ -8,13 +8,15 @@ import numpy as np
 
 from refimpl.algorithms.surfaces import faces_on_the_way, points_surface
 from refimpl.atoms import leaves
-from refimpl.linear import Array, apply, apply_inverse, cross, dot, norm, rotation_matrix, scale, unit_or
+from refimpl.linear import Array, apply, apply_inverse, cross, dot, largest, norm, rotation_matrix, scale, unit_or
+from refimpl.meshes import segment_meets_triangle
 from refimpl.proxy import Proxy
 from refimpl.shapes import Polyhedron, Ray
-from refimpl.signs import ROUNDING, TINY, Signs, on_grid
+from refimpl.signs import ROUNDING, TINY, Indices, Points, Signs, on_grid
 from refimpl.solids import Solid
 
 Entry = tuple[Array, Array]
+NEAR = 2.0**-40  # so near the surface, in lengths of the scene, it is decided exactly whether a ray starts on it
 STEEP = 0.05  # sine between ray and face from which on the face's plane tells the time best
 
 
@@ -51,12 +53,59 @@ def ray_polyhedron(ray: Ray, mesh: Polyhedron) -> Entry:
 
 def _enter(solid: Solid, origin: Array, direction: Array) -> Entry:
     """The same in the mesh's frame."""
-    count = len(origin)
-    row, face = faces_on_the_way(solid, origin, direction)
+    return first_entry(solid, origin, direction, *faces_on_the_way(solid, origin, direction))
+
+
+def first_entry(solid: Solid, origin: Array, direction: Array, row: Indices, face: Indices) -> Entry:
+    """Times and outward normals of the first points of a solid on rays (n, 3), in its frame.
+
+    Parameters
+    ----------
+    row, face : (k,)
+        Rays, by their places, and the faces that they may meet; all others they miss.
+    """
+    near = row, face
+    row, face, reached, outward = crossings(solid, origin, direction, row, face)
+    times, normals = np.full(len(origin), np.inf), np.full((len(origin), 3), np.nan)
+    np.minimum.at(times, row, reached)
+    first = np.flatnonzero(reached <= times[row] * (1 + 4 * ROUNDING))
+    facing = dot(outward[first], unit_or(direction, direction)[0][row[first]])
+    order = first[np.lexsort((facing, row[first]))]  # of several, the face that faces the ray most
+    rows, begin = np.unique(row[order], return_index=True)
+    normals[rows], times[rows] = outward[order[begin]], reached[order[begin]]
+    times[_begun(solid, origin, *near)] = 0.0
+    return times, normals
+
+
+def _begun(solid: Solid, origin: Array, row: Indices, face: Indices) -> Indices:
+    """Rays that start in the solid; where their height above the surface may be rounding, it is decided exactly."""
+    gap = points_surface(solid, origin)[0]
+    doubtful = (gap > 0) & (gap <= NEAR * (largest(origin) + solid.extent))
+    if not doubtful.any():
+        return np.flatnonzero(gap <= 0)
+    some = np.flatnonzero(doubtful[row])
+    points = Points(np.concatenate([solid.corners[face[some]].reshape(-1, 3), origin[row[some]]]))
+    start = 3 * len(some) + np.arange(len(some))
+    on = segment_meets_triangle(points, start, start, np.arange(3 * len(some)).reshape(-1, 3))
+    return np.append(np.flatnonzero(gap <= 0), row[some[on]])
+
+
+def crossings(
+    solid: Solid, origin: Array, direction: Array, row: Indices, face: Indices
+) -> tuple[Indices, Indices, Array, Array]:
+    """Rays that go through faces, from one side to the other, at a time that is not negative.
+
+    Parameters as for `first_entry`.
+
+    Returns
+    -------
+    rays, faces, times, outward normals
+        Of the pairs given, those that do. A ray along a face's plane goes through the faces around it.
+    """
     corners = solid.corners[face]
     signs, sizes = _sides(origin[row], direction[row], corners)
     through = ((signs.min(axis=1) >= 0) | (signs.max(axis=1) <= 0)) & np.any(signs != 0, axis=1)
-    row, corners, sizes = row[through], corners[through], np.abs(sizes[through])
+    row, face, corners, sizes = row[through], face[through], corners[through], np.abs(sizes[through])
     shares = sizes / np.sum(sizes, axis=1)[:, None]
     offset = np.zeros((len(row), 3))
     for i in range(3):
@@ -65,16 +114,8 @@ def _enter(solid: Solid, origin: Array, direction: Array) -> Entry:
     reached = dot(offset, along[row]) / dot(direction, along)[row]
     outward = unit_or(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), np.eye(3)[2])[0]
     reached = reached + _rest(origin[row] + scale(reached, direction[row]), direction[row], corners[:, 0], outward)
-    reached = np.where(reached >= 0, reached, np.inf)
-    times, normals = np.full(count, np.inf), np.full((count, 3), np.nan)
-    np.minimum.at(times, row, reached)
-    first = np.flatnonzero(np.isfinite(reached) & (reached <= times[row] * (1 + 4 * ROUNDING)))
-    facing = dot(outward[first], along[row[first]])
-    order = first[np.lexsort((facing, row[first]))]  # of several, the face that faces the ray most
-    rows, begin = np.unique(row[order], return_index=True)
-    normals[rows], times[rows] = outward[order[begin]], reached[order[begin]]
-    times[points_surface(solid, origin)[0] <= 0] = 0.0
-    return times, normals
+    kept = reached >= 0
+    return row[kept], face[kept], reached[kept], outward[kept]
 
 
 def _rest(spot: Array, direction: Array, corner: Array, outward: Array) -> Array:

@@ -17,24 +17,31 @@ from refimpl.proof.claims import (
     Split,
 )
 from refimpl.proof.rational import InvalidCertificate
+from refimpl.proof.sweep_search import certify_sweep
+from refimpl.proof.sweeps import Clear, Meets, SweepCertificate, check_sweep
 from refimpl.proof.wire import from_json, to_json
 
 __all__ = [
     "Certificate",
     "Claim",
+    "Clear",
     "Common",
     "Core",
     "Cover",
     "Escape",
     "Inscribed",
     "InvalidCertificate",
+    "Meets",
     "Near",
     "Part",
     "Piece",
     "Separated",
     "Split",
+    "SweepCertificate",
     "certify",
+    "certify_sweep",
     "check",
+    "check_sweep",
     "from_json",
     "to_json",
 ]

@@ -47,6 +47,14 @@ class Atom:
         """The atom as a proxy, not moved."""
         return self._shape if isinstance(self._shape, Proxy) else self._shape()
 
+    def moved(self, shift: Floats) -> Atom:
+        """The same atom elsewhere."""
+        made = Atom(self.number, self._shape, self.shift + shift)
+        made.corners = self.corners
+        if made.corners is None:
+            made.body = self.body
+        return made
+
     @property
     def is_space(self) -> bool:
         """Whether it is a half-space."""
@@ -100,10 +108,11 @@ def parts_of(shape: Proxy) -> list[Proxy]:
 
 
 class Group(Body):
-    """The hull of several atoms, for the search of a direction."""
+    """The hull of several atoms, for the search of a direction; with a `way`, of what they sweep along it."""
 
-    def __init__(self, atoms: Sequence[Atom]) -> None:
-        self.atoms = atoms
+    def __init__(self, whole: Sequence[Atom], way: Floats | None = None) -> None:
+        self.atoms, self.way = whole, way
+        atoms = self.placed = whole if way is None else [*whole, *(atom.moved(way) for atom in whole)]
         points = [atom.corners + atom.shift for atom in atoms if atom.corners is not None]
         radii = [0.0] * (3 * len(points))
         cores = [(atom.body, atom.shift) for atom in atoms if atom.corners is None]
@@ -140,14 +149,14 @@ class Group(Body):
     def levels(self, n: Vector) -> Floats:
         """How far each atom reaches along n."""
         way = np.array(n)
-        flat = [i for i, atom in enumerate(self.atoms) if atom.corners is not None]
-        found = np.empty(len(self.atoms))
+        flat = [i for i, atom in enumerate(self.placed) if atom.corners is not None]
+        found = np.empty(len(self.placed))
         found[flat] = (self.points[: 3 * len(flat)] @ way).reshape(-1, 3).max(axis=1)
-        for i, atom in enumerate(self.atoms):
+        for i, atom in enumerate(self.placed):
             if atom.corners is None:
                 point = np.array(atom.body.support(n)[0]) + atom.shift
                 found[i] = way @ point + float(atom.body.radius) * math.hypot(*n)
-        return found
+        return found if self.way is None else np.maximum(*np.split(found, 2))
 
     def halves(self) -> tuple[list[Atom], list[Atom]]:
         """Two groups on either side of the middle of the longest extent."""
@@ -170,10 +179,10 @@ def gap_along(a: Group, b: Group, n: Vector) -> float:
 
 
 class Directions:
-    """Builds a tree of directions that leave a gap of at least `least`."""
+    """Builds a tree of directions that leave a gap of at least `least`, all along the `course` of B if there is one."""
 
-    def __init__(self, least: float, guesses: Sequence[Vector]) -> None:
-        self.least, self.guesses = least, list(guesses)
+    def __init__(self, least: float, guesses: Sequence[Vector], course: Floats | None = None) -> None:
+        self.least, self.guesses, self.course = least, list(guesses), course
 
     def build(self, a: Sequence[Atom], b: Sequence[Atom], inherited: Vector | None = None) -> Tree:
         """Find one direction for all, or part the larger group."""
@@ -181,7 +190,7 @@ class Directions:
             spaces = [atom for atom in atoms if atom.is_space]
             if spaces:
                 return self._off(side, spaces[0], a, b)
-        one, other = Group(a), Group(b)
+        one, other = Group(a), Group(b, self.course)
         best, normal = self._best(one, other, inherited)
         if best >= self.least:
             return _leaf(normal, a, b)

@@ -118,7 +118,7 @@ def _upper(claim: Any, a: Solid | Line, b: Solid | Line) -> Bound:
     raise InvalidCertificate(f"{type(claim).__name__}: not a claim about two convex solids")
 
 
-def _chosen(side: Union, choice: Any) -> Solid | Line:
+def part_of(side: Union, choice: Any) -> Solid | Line:
     """A convex part, as a claim chooses it."""
     if choice is None:
         return side.alone()
@@ -139,5 +139,5 @@ def bounds_of(claim: Claim, sides: Sides) -> tuple[Bound, Bound]:
         case Escape():
             return escape(claim, sides), math.inf
         case Part(of_a, of_b, inner):
-            return -math.inf, _upper(inner, _chosen(sides[0], of_a), _chosen(sides[1], of_b))
+            return -math.inf, _upper(inner, part_of(sides[0], of_a), part_of(sides[1], of_b))
     return -math.inf, _upper(claim, sides[0].alone(), sides[1].alone())

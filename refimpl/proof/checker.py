@@ -16,11 +16,14 @@ which their interiors are disjoint.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
 
 from refimpl.proof.bounds import bounds_of
 from refimpl.proof.claims import Bound, Certificate, Cover, Part
+from refimpl.proof.gaps import Sides
 from refimpl.proof.rational import effort, items, require, spend
 from refimpl.proof.sets import Line
 from refimpl.proof.unions import Union, parts_of
@@ -28,6 +31,16 @@ from refimpl.proof.unions import Union, parts_of
 UNIONS = {"Composite", "Polyhedron"}
 EFFORT, EFFORT_PER_ITEM = 1 << 21, 64
 """How much a certificate may ask for, about a second of work; and more for every number or row of large shapes."""
+
+
+@contextmanager
+def sides_of(a: Any, b: Any) -> Iterator[Sides]:
+    """Read two proxies, and let no more be spent inside than is due to claims about them."""
+    with effort(1 << 62) as spent:
+        sides = Union(parts_of(a)), Union(parts_of(b))
+        size = spent()
+    with effort(EFFORT + EFFORT_PER_ITEM * size):
+        yield sides
 
 
 def check(certificate: Certificate, a: Any, b: Any) -> tuple[Bound, Bound]:
@@ -38,13 +51,10 @@ def check(certificate: Certificate, a: Any, b: Any) -> tuple[Bound, Bound]:
     are ignored. Raises `InvalidCertificate` when anything is malformed or false, or would take too long to check.
     """
     require(isinstance(certificate, Certificate), f"not a certificate but {type(certificate).__name__}")
-    with effort(1 << 62) as spent:
-        sides = Union(parts_of(a)), Union(parts_of(b))
-        size = spent()
-    rays = sum(isinstance(side.convex.get(0), Line) for side in sides)
-    require(rays < 2, "two rays have no signed distance")
-    bounds: list[tuple[Bound, Bound]] = [(Fraction(0) if rays else -math.inf, math.inf)]
-    with effort(EFFORT + EFFORT_PER_ITEM * size):
+    with sides_of(a, b) as sides:
+        rays = sum(isinstance(side.convex.get(0), Line) for side in sides)
+        require(rays < 2, "two rays have no signed distance")
+        bounds: list[tuple[Bound, Bound]] = [(Fraction(0) if rays else -math.inf, math.inf)]
         for claim in items(certificate.claims, "claims"):
             spend(128)
             of_union = not isinstance(claim, Cover | Part) or {type(a).__name__, type(b).__name__} & UNIONS

@@ -46,15 +46,21 @@ class Gap:
         return Fraction(self.room / (high if self.room > 0 else low) - self.radius)
 
 
-def _gaps(tree: Any, sides: Sides, shift: Exact = ()) -> Iterator[Gap]:
-    """Gaps at the leaves of a tree: every atom of one side meets every atom of the other in one."""
+def gaps(tree: Any, sides: Sides, shift: Exact = ()) -> Iterator[Gap]:
+    """Gaps at the leaves of a tree, with B moved by `shift`."""
+    for node, groups in leaves(tree, sides):
+        yield Gap(node, sides, groups, shift)
+
+
+def leaves(tree: Any, sides: Sides) -> Iterator[tuple[Separated, list[Numbers]]]:
+    """Leaves of a tree, and their atoms of A and B: every atom of one side meets every atom of the other in one."""
     waiting: list[tuple[Any, list[Numbers]]] = [(tree, [range(len(side.atoms)) for side in sides])]
     while waiting:
         node, groups = waiting.pop()
         spend(sum(map(len, groups)))
         if isinstance(node, Separated):
             if all(groups):
-                yield Gap(node, sides, groups, shift)
+                yield node, groups
             continue
         if not isinstance(node, Split):
             raise InvalidCertificate("tree: neither parted nor separated")
@@ -83,19 +89,25 @@ def cover(claim: Cover, sides: Sides) -> Bound:
     for first, (side, solid) in ((True, sides), (False, sides[::-1])):
         if isinstance(ray := side.convex.get(0), Line):
             return _free(claim, ray, solid, first)
-    shift, places = vector(claim.shift, "shift"), items(claim.places, "places", 2)
+    shift, places = vector(claim.shift, "shift"), claim.places
     least: Bound = -math.inf
-    for gap in _gaps(claim.tree, sides, shift if any(shift) else ()):
+    for gap in gaps(claim.tree, sides, shift if any(shift) else ()):
         # not even touching: a flat part between two others touches both, and is inside their union
         require(gap.compared() > 0, "n: the supporting planes do not leave a gap")
         if isinstance(least, float) or gap.compared(least) < 0:
             least = max(gap.width, NONE)
     require(claim.until is None, "until: without a ray")
-    for (one, other), given, way in ((sides, places[1], shift), (sides[::-1], places[0], times(-1, shift))):
-        points = other.samples(given) if one.meshes else []
-        inside = any(one.contains(minus(point, times(-1, way))) for point in points)
-        require(not inside, "places: one lies inside the other")
+    require_outside(sides, places, shift)
     return -root(dot(shift, shift))[1] if any(shift) else least
+
+
+def require_outside(sides: Sides, places: Any, shift: Exact = NOWHERE) -> None:
+    """Refuse solids of which one has something wholly inside a mesh of the other, B moved by `shift`."""
+    given = items(places, "places", 2)
+    for (one, other), points, way in ((sides, given[1], shift), (sides[::-1], given[0], times(-1, shift))):
+        samples = other.samples(points) if one.meshes else []
+        inside = any(one.contains(minus(point, times(-1, way))) for point in samples)
+        require(not inside, "places: one lies inside the other")
 
 
 def _free(claim: Cover, ray: Line, solid: Union, ray_first: bool) -> Bound:
@@ -103,7 +115,7 @@ def _free(claim: Cover, ray: Line, solid: Union, ray_first: bool) -> Bound:
     time: Bound = math.inf if claim.until is None else rational(claim.until, "until")
     require(time >= 0 and not any(vector(claim.shift, "shift")), "until: before the start")
     path = Union([ray if claim.until is None else segment(ray.origin, ray.at(Fraction(time)))])
-    for gap in _gaps(claim.tree, (path, solid) if ray_first else (solid, path)):
+    for gap in gaps(claim.tree, (path, solid) if ray_first else (solid, path)):
         rate = dot(gap.n, ray.direction) if ray_first else -dot(gap.n, ray.direction)
         touching = time < math.inf and rate > 0  # the end of the path, and nothing before it
         require(gap.compared() >= (0 if touching else 1), "n: the supporting planes do not leave a gap")
@@ -120,8 +132,8 @@ def piece_of(mesh: Mesh, piece: Any) -> Hull:
     edges = [minus(place, places[0]) for place in places]
     normal = next((n for n in map(cross, edges[1:], edges[2:]) if any(n)), NOWHERE)
     require(hull.radius >= 0 and (hull.radius or any(dot(normal, edge) for edge in edges)), "vertices: a flat piece")
-    gaps = _gaps(piece.tree, (Union([hull]), Union([mesh])))
-    require(all(gap.compared() >= 0 for gap in gaps), "tree: a triangle may enter the piece")
+    found = gaps(piece.tree, (Union([hull]), Union([mesh])))
+    require(all(gap.compared() >= 0 for gap in found), "tree: a triangle may enter the piece")
     middle = times(Fraction(1, unit * len(places)), [sum(c) for c in zip(*places, strict=True)])
     require(mesh.contains(middle), "vertices: the piece is not inside the solid")
     return hull

@@ -47,7 +47,9 @@ def cast(ray: Ray, shape: Proxy) -> Hit | Miss:
         return Miss(found.normal)
     if isinstance(shape, AABB | Box):
         return _slabs(origin, way, shape)
-    return _tube(origin, way, points[0], points[-1], radius)
+    hit = tube(origin, way, points[0], points[-1], radius)
+    assert hit is not None, "a ray that comes within the radius of the segment hits"
+    return hit
 
 
 def moment(time: Fraction, normal: Vector) -> Hit:
@@ -78,8 +80,8 @@ def _slabs(origin: Vector, way: Vector, box: AABB | Box) -> Hit:
     return moment(last, normal)
 
 
-def _tube(origin: Vector, way: Vector, p: Vector, q: Vector, radius: Fraction) -> Hit:
-    """First entry into a capsule, for a ray that is known to hit: around p, around the segment's line, around q.
+def tube(origin: Vector, way: Vector, p: Vector, q: Vector, radius: Fraction) -> Hit | None:
+    """First entry into a capsule, if there is one: around p, around the segment's line, around q.
 
     The square distance from the segment is a convex function of time, made of a quadratic for each of the
     intervals in which the nearest point is p, between both, or q.
@@ -108,4 +110,4 @@ def _tube(origin: Vector, way: Vector, p: Vector, q: Vector, radius: Fraction) -
             lowest = -b / a if end is None else min(-b / a, end - time)
             if (a * lowest + 2 * b) * lowest + c <= 0:
                 return Hit(time + low, time + high, time + lowest, normal)
-    raise AssertionError("a ray that comes within the radius of the segment hits")
+    return None

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations
+from typing import Any
 
 from refimpl.proof.bodies import Corners
 from refimpl.proof.convex import exact_nearest
@@ -50,21 +51,39 @@ def hull(origin: Vector, way: Vector, solid: Corners) -> Hit | Miss:
     chosen = [i for i, _ in mix]
     chosen += {solid.farthest(n) for n in (opposite(way), way, *AXES)} - set(chosen)
     while True:
-        time, normal = _entry([minus(solid.corner(i), origin) for i in chosen], way)
+        time, normal, _ = entry([minus(solid.corner(i), origin) for i in chosen], way)
         lowest = solid.farthest(opposite(normal))
         if dot(normal, minus(solid.corner(lowest), origin)) >= time * dot(normal, way):
             return moment(time, normal)
         chosen.append(lowest)
 
 
-def _entry(points: Sequence[Vector], way: Vector) -> tuple[Fraction, Vector]:
-    """Time when the ray from 0 enters the hull of a few points, and the normal of a plane that has them behind."""
+def entry(points: Sequence[Vector], way: Vector) -> tuple[Fraction, Vector, Sequence[Vector]]:
+    """Time when the line from 0 enters the hull of a few points, the normal of a plane that has all of them behind.
+
+    And the points of that plane in whose hull the line enters, one to three.
+    """
     for size in (1, 2, 3):
         for carriers in combinations(points, size):
             normal = _plane(carriers, way)
             if any(normal) and all(dot(normal, minus(p, carriers[0])) >= 0 for p in points):
-                return Fraction(dot(normal, carriers[0])) / dot(normal, way), normal
+                return Fraction(dot(normal, carriers[0])) / dot(normal, way), normal, carriers
     raise AssertionError("the line meets the hull of these points")
+
+
+def shares_of(points: Sequence[Vector], way: Vector) -> Sequence[Any]:
+    """Weights of one to three points whose mean is where the line along `way` through 0 meets their hull."""
+    aside = [cross(p, way) for p in points]
+    match points:
+        case [_]:
+            return (1,)
+        case [_, _]:  # on opposite sides of the line, or on it
+            u, v = (max(abs(c) for c in side) for side in aside)
+            return (v, u) if u or v else (1, 0)
+        case [u, v, w]:
+            sides = dot(w, aside[1]), dot(u, aside[2]), dot(v, aside[0])
+            return [abs(side) for side in sides]
+    raise AssertionError("one to three points")
 
 
 def _plane(points: Sequence[Vector], way: Vector) -> Vector:
@@ -77,7 +96,10 @@ def _plane(points: Sequence[Vector], way: Vector) -> Vector:
             edge = minus(v, u)
             if any(cross(*aside)) or dot(*aside) > 0 or not any(cross(edge, way)):
                 return ZERO
-            return along(way, -Fraction(dot(way, edge)) / dot(edge, edge), edge)
+            square, rate = dot(edge, edge), dot(way, edge)
+            return minus(
+                (square * way[0], square * way[1], square * way[2]), (rate * edge[0], rate * edge[1], rate * edge[2])
+            )
         case [u, v, w]:
             normal = cross(minus(v, u), minus(w, u))
             sides = [dot(w, aside[1]), dot(u, aside[2]), dot(v, aside[0])]  # of the line seen from each edge

@@ -96,10 +96,10 @@ def _covers(a: Proxy, b: Proxy, shift: Floats, least: float, guesses: Sequence[V
     except Unproven:
         return
     x, y, z = shift.tolist()
-    yield Cover(tree, (x, y, z), (_places(a), _places(b)))
+    yield Cover(tree, (x, y, z), (places_of(a), places_of(b)))
 
 
-def _places(shape: Proxy) -> tuple[Place, ...]:
+def places_of(shape: Proxy) -> tuple[Place, ...]:
     """A point of each convex part."""
     return tuple(_inner(part) for part in parts_of(shape) if not isinstance(part, Polyhedron))
 

@@ -32,6 +32,9 @@ from refimpl.proof.claims import (
 )
 from refimpl.proof.impacts import Impact, ImpactCertificate, MovingBody, Outcome, Residuals
 from refimpl.proof.rational import MAX_BITS, MAX_ITEMS, InvalidCertificate
+from refimpl.proof.rigid import Boxes, Span, Spans, Touch
+from refimpl.proof.sweeps import Clear, Meets, SweepCertificate
+from refimpl.proof.triangles import TouchCertificate
 from refimpl.proof.vectors import Number, Vector
 
 DECIMAL_BITS = 12_000  # Python turns only about 4300 digits into decimals; longer numbers are written to base 16
@@ -68,9 +71,38 @@ def impact_to_json(certificate: ImpactCertificate) -> dict[str, Any]:
     return encoded
 
 
-def certificate_to_json(certificate: Certificate | ImpactCertificate) -> dict[str, Any]:
-    """Turn a certificate of either kind into what ``json.dumps`` takes."""
+def certificate_to_json(certificate: Certificate | ImpactCertificate | SweepCertificate) -> dict[str, Any]:
+    """Turn a certificate of any kind into what ``json.dumps`` takes."""
+    if isinstance(certificate, SweepCertificate):
+        return sweep_certificate_to_json(certificate)
     return impact_to_json(certificate) if isinstance(certificate, ImpactCertificate) else to_json(certificate)
+
+
+def sweep_certificate_to_json(certificate: SweepCertificate) -> dict[str, Any]:
+    """Turn a certificate of a first contact into what ``json.dumps`` takes."""
+    encoded: dict[str, Any] = _encode(certificate)
+    return encoded
+
+
+def sweep_certificate_from_json(data: Any) -> SweepCertificate:
+    """Read what `sweep_certificate_to_json` gave; raises InvalidCertificate for anything else."""
+    try:
+        found: SweepCertificate = _read(data, ("sweep certificate",))
+    except RecursionError:
+        raise InvalidCertificate("nested too deeply") from None
+    return found
+
+
+def touch_to_json(certificate: TouchCertificate) -> dict[str, Any]:
+    """Turn a certificate of a first contact of moving triangles into what ``json.dumps`` takes."""
+    encoded: dict[str, Any] = _encode(certificate)
+    return encoded
+
+
+def touch_from_json(data: Any) -> TouchCertificate:
+    """Read what `touch_to_json` gave; raises InvalidCertificate for anything else."""
+    found: TouchCertificate = _read(data, ("touch certificate",))
+    return found
 
 
 def impact_from_json(data: Any) -> ImpactCertificate:
@@ -206,6 +238,20 @@ def _numbers(data: Any, what: str) -> tuple[int, ...]:
     return tuple(_index(i, what) for i in _items(data, what))
 
 
+def _polynomial(data: Any, what: str) -> tuple[int, ...] | None:
+    if data is None:
+        return None
+    numbers = [_number(c, what) for c in _items(data, what)]
+    if not all(isinstance(c, int | Fraction) and c.denominator == 1 for c in numbers):
+        raise InvalidCertificate(f"{what}: expected whole numbers")
+    return tuple(int(c) for c in numbers)
+
+
+def _times(data: Any, what: str) -> tuple[tuple[Number, int], ...]:
+    pairs = [_items(pair, what, 2) for pair in _items(data, what)]
+    return tuple((_number(until, what), _index(which, what)) for until, which in pairs)
+
+
 def _vectors(data: Any, what: str) -> tuple[Vector, ...]:
     return tuple(_vector(v, what) for v in _items(data, what))
 
@@ -238,6 +284,25 @@ def _one(name: str) -> Callable[[Any, str], Any]:
     return lambda data, _: _read(data, (name,))
 
 
+def _sweep_claims(data: Any, what: str) -> tuple[Any, ...]:
+    return tuple(_read(item, SWEEP_CLAIMS) for item in _items(data, what))
+
+
+def _all_of(name: str) -> Callable[[Any, str], tuple[Any, ...]]:
+    """Reader of a list of objects of one kind."""
+    return lambda data, what: tuple(_read(item, (name,)) for item in _items(data, what))
+
+
+def _six_weights(data: Any, what: str) -> tuple[Any, ...]:
+    """Six lists of shares of the planes of atoms, by their numbers."""
+    pairs = [_items(entry, what, 2) for entry in _items(data, what)]
+    return tuple((_index(i, what), tuple(_weights(w, what) for w in _items(six, what, 6))) for i, six in pairs)
+
+
+def _claim(data: Any, _: str) -> Any:
+    return _read(data, CLAIMS)
+
+
 def _optional_columns(data: Any, what: str) -> tuple[Vector, Vector, Vector] | None:
     return None if data is None else _columns(data, what)
 
@@ -256,6 +321,14 @@ KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
     "part": (Part, {"of_a": _choice, "of_b": _choice, "claim": _simple}),
     "split": (Split, {"side": _index, "first": _numbers, "branches": _branches}),
     "piece": (Piece, {"vertices": _vectors, "tree": _tree, "radius": _number}),
+    "clear": (Clear, {"tree": _tree, "until": _optional_number, "places": _places}),
+    "meets": (Meets, {"time": _number, "a": _place, "b": _place, "of_a": _choice, "of_b": _choice}),
+    "span": (Span, {"before": _tree, "after": _tree, "until": _optional_number}),
+    "spans": (Spans, {"spans": _all_of("span"), "places": _places}),
+    "boxes": (Boxes, {"of_a": _six_weights, "of_b": _six_weights}),
+    "touch": (Touch, {"time": _number, "claim": _claim}),
+    "sweep certificate": (SweepCertificate, {"claims": _sweep_claims, "lower": _bound, "upper": _bound}),
+    "touch certificate": (TouchCertificate, {"cover": _times, "root": _polynomial, "high": _optional_number}),
     "moving body": (
         MovingBody,
         {
@@ -292,4 +365,5 @@ KINDS: dict[str, tuple[type[Any], dict[str, Callable[[Any, str], Any]]]] = {
 }
 SIMPLE = ("separated", "escape", "near", "common", "core", "inscribed")
 CLAIMS = (*SIMPLE, "cover", "part")
+SWEEP_CLAIMS = (*CLAIMS, "clear", "meets", "spans", "boxes", "touch")
 NAMES = {kind: name for name, (kind, _) in KINDS.items()}

@@ -1,1 +1,1 @@
-"""Studies of impacts: small experiments with a plot and a table each, made again by one command."""
+"""Studies of motion and impacts: small experiments with a plot and a table each, made again by one command."""

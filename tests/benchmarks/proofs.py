@@ -33,7 +33,7 @@ from refimpl.shapes import (
 )
 from tests import solids
 from tests.benchmarks.scenes import globe
-from tests.test_checker import OF_IMPACTS, OF_SETS
+from tests.test_checker import OF_IMPACTS, OF_SETS, OF_SWEEPS
 
 ASKED = 0.1
 """Seconds for a check."""
@@ -140,7 +140,8 @@ def main(words: list[str]) -> None:
     heads = ("scene", "certify s", "lower", "upper", "check ms", "loop ms", "kB of JSON", f"≤ {1e3 * ASKED:.0f} ms")
     table = Table(
         *heads,
-        title=f"What has to be believed: {trusted_lines(OF_SETS)} lines, for impacts {trusted_lines(OF_IMPACTS)} more",
+        title=f"What has to be believed: {trusted_lines(OF_SETS)} lines, for impacts {trusted_lines(OF_IMPACTS)} more, "
+        f"for sweeps {trusted_lines(OF_SWEEPS)}",
         title_justify="left",
     )
     chosen = [name for name in SCENES if not words or any(word in name for word in words)]

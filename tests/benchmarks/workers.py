@@ -19,7 +19,7 @@ from oracles.engines import available_engines
 from oracles.executors import Crew
 from oracles.opening import wanted_pairs
 from oracles.plan import later_passes
-from oracles.scene import IMPACT, Cell, cells_of
+from oracles.scene import MOVING, Cell, cells_of
 from oracles.tasks import Task, perform
 
 ASKED = 1.8
@@ -29,7 +29,8 @@ PAIRS = ("Sphere–Box", "Capsule–Capsule", "Sphere–Sphere", "Sphere–Capsu
 def workload(engines: Sequence[str], seed: int) -> list[Task]:
     """Bulk passes and as many hunts: so many that the one that ends last, alone, counts little, as in a run."""
     pairs = wanted_pairs(PAIRS)
-    targets = [(engines[0], Cell(c.query, c.type_a, c.type_b)) for p in pairs for c in cells_of(p) if c.query != IMPACT]
+    at_rest = [c for p in pairs for c in cells_of(p) if c.query not in MOVING]
+    targets = [(engines[0], Cell(c.query, c.type_a, c.type_b)) for c in at_rest]
     asked = [(engine, cell) for engine, cell in targets if not (engine == "fcl" and cell.query == "raycast")]
     return list(islice(later_passes(pairs, asked, seed, None), 6 * len(pairs)))
 
