@@ -24,7 +24,7 @@ def common_points(x: Proxy, y: Proxy) -> Array:
             return np.array(probe.position)
     overlap = distance(x, y)
     middle = 0.5 * (overlap.on_a + overlap.on_b)
-    point = np.where(np.isfinite(middle).all(axis=-1)[:, None], middle, 0.0)
+    point = where(np.asarray(np.isfinite(middle).all(axis=-1)), middle, np.zeros_like(middle))
     rows = np.arange(len(point))
     for _ in range(MOST_ROUNDS):
         before = point[rows]
