@@ -34,11 +34,6 @@ settings.register_profile("thorough", max_examples=2000, deadline=None, suppress
 settings.load_profile("quick")
 
 
-def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """One worker more than there are processors: some tests wait for other processes, and hardly do anything else."""
-    return len(os.sched_getaffinity(0)) + 1 if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1) + 1
-
-
 def effort() -> int:
     """Scenes per regime in the tests that draw in bulk: grows with the Hypothesis profile."""
     return max(8, settings.default.max_examples // 2) if settings.default else 8
