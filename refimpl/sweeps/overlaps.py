@@ -24,12 +24,13 @@ def common_points(x: Proxy, y: Proxy) -> Array:
             return np.array(probe.position)
     overlap = distance(x, y)
     middle = 0.5 * (overlap.on_a + overlap.on_b)
-    point = np.where(np.isfinite(middle).all(axis=-1)[:, None], middle, 0.0)
+    point = where(np.asarray(np.isfinite(middle).all(axis=-1)), middle, np.zeros_like(middle))
     rows = np.arange(len(point))
     for _ in range(MOST_ROUNDS):
         before = point[rows]
         point[rows] = _projected(_projected(before, x[rows]), y[rows])
-        rows = rows[np.any(np.abs(point[rows] - before) > 2 * np.spacing(np.abs(before)), axis=-1)]
+        moved = np.abs(point[rows] - before) > 2 * np.spacing(np.abs(before))
+        rows = rows[moved.any(axis=-1)]
         if not len(rows):
             break
     return point
