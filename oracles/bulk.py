@@ -92,8 +92,8 @@ class _Bulk:
 
     @property
     def many(self) -> int:
-        """Scenes of each regime: more of pairs with a closed form, fewer where each costs a search."""
-        return min(MOST, self.each * QUICK) if is_quick(*self.pair) else max(1, self.each // SEARCHED)
+        """Scenes of each regime."""
+        return scenes_each(self.pair, self.each)
 
     @cached_property
     def regimes(self) -> dict[str, Regime]:
@@ -201,6 +201,11 @@ def _odd_numbers(batch: Batch, rows: NDArray[np.int_]) -> NDArray[np.int_]:
     """How many numbers of each of these scenes a reader has to read: what is proven first is what he may see."""
     numbers = np.concatenate([np.asarray(side)[rows] for side in batch.rows], axis=1)
     return np.asarray(np.count_nonzero(~np.isin(numbers, list(PLAIN)), axis=1))
+
+
+def scenes_each(pair: PairKey, each: int) -> int:
+    """Scenes of each regime in a pass: more of pairs with a closed form, fewer where each costs a search."""
+    return min(MOST, each * QUICK) if is_quick(*pair) else max(1, each // SEARCHED)
 
 
 def bulk(shop: Workshop, pair: PairKey, number: int, each: int) -> Outcome:
