@@ -30,6 +30,7 @@ from oracles.sheets import Sheet
 from oracles.words import decade_of
 from refimpl.compiling import batch_of
 from refimpl.pairs import TABLE
+from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, Polyhedron
 
 QUICK, SEARCHED = 16, 6
 """Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
@@ -37,6 +38,10 @@ fewer: drawing and judging cost by the batch rather than by the scene. So an eng
 asked often enough in its very first task, which finds it without a memory."""
 MOST = 800
 """Scenes of a regime and pair in one task."""
+MOST_OF_MESHES = 200
+"""The same of meshes: those of a regime share theirs and are a batch by themselves, so that few cost as much as many."""
+FORMED = {KDOP, ConvexPolyhedron, Composite}
+"""Types of which an engine makes another hull, or several objects, for each scene: that costs more than judging it."""
 STEPPED = 6
 """Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
 SWEPT = 16
@@ -205,7 +210,11 @@ def _odd_numbers(batch: Batch, rows: NDArray[np.int_]) -> NDArray[np.int_]:
 
 def scenes_each(pair: PairKey, each: int) -> int:
     """Scenes of each regime in a pass: more of pairs with a closed form, fewer where each costs a search."""
-    return min(MOST, each * QUICK) if is_quick(*pair) else max(1, each // SEARCHED)
+    if is_quick(*pair):
+        return min(MOST, each * QUICK)
+    if Polyhedron in pair and not FORMED & set(pair):
+        return min(MOST_OF_MESHES, each)
+    return max(1, each // SEARCHED)
 
 
 def bulk(shop: Workshop, pair: PairKey, number: int, each: int) -> Outcome:

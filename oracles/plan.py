@@ -20,7 +20,7 @@ from oracles.scene import Cell
 from oracles.tasks import BulkTask, CrowdTask, HuntTask, RelateTask, ReplayTask, Task
 from refimpl.pairs import TABLE
 
-FIRST_PASS, LARGEST_PASS = 1, 100
+FIRST_PASS, LARGEST_PASS = 1, 200
 """Scenes of each regime and pair in the first pass and in the largest: the first is to see every cell and regime once,
 and to leave time for all hunters."""
 HUNT_EVERY = 3
