@@ -31,11 +31,20 @@ from tests.test_executors import gone
 from tests.wrong_engines import Crashing, Hanging, OffByAShare, Slow, spec
 
 PAIRS = ["Sphere–Sphere"]
+EXAMPLES = 40
+"""Of each attack: enough to find the fault, and to shrink it."""
 ROOT = Path(__file__).parents[1]
 
 
 def campaign(executor: Executor | None = None, **options: Any) -> Run:
-    options = {"engines": [spec(OffByAShare)], "budget": 60.0, "seed": 3, "passes": 2, "pairs": PAIRS} | options
+    options = {
+        "engines": [spec(OffByAShare)],
+        "budget": 60.0,
+        "seed": 3,
+        "passes": 2,
+        "pairs": PAIRS,
+        "examples": EXAMPLES,
+    } | options
     return run_campaign(ledger=Ledger(), executor=executor, **options)
 
 
@@ -235,7 +244,19 @@ def started(folder: Path, *options: str, engine: type = OffByAShare) -> subproce
     script = folder / "start.py"
     script.write_text(START)
     pairs = [word for pair in PAIRS for word in ("--pair", pair)]
-    command = [sys.executable, script, "run", "--engine", spec(engine), *pairs, "--seed", "3", *options]
+    command = [
+        sys.executable,
+        script,
+        "run",
+        "--engine",
+        spec(engine),
+        *pairs,
+        "--seed",
+        "3",
+        "--examples",
+        str(EXAMPLES),
+        *options,
+    ]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "ignore"}
     return subprocess.Popen(
         command,
