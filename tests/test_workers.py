@@ -28,7 +28,7 @@ from oracles.ledger import Ledger
 from oracles.outcome import Run
 from oracles.store import FOLDER, RecordError
 from tests.test_executors import gone
-from tests.wrong_engines import Crashing, Hanging, OffByAShare, Slow, spec
+from tests.wrong_engines import Crashing, HangingFarOut, OffByAShare, Slow, spec
 
 PAIRS = ["Sphere–Sphere"]
 EXAMPLES = 40
@@ -141,9 +141,9 @@ def test_a_run_goes_on_beyond_its_end(undisturbed: Run, tmp_path: Path) -> None:
 
 
 def test_a_run_with_a_budget_goes_on_with_a_new_one(tmp_path: Path) -> None:
-    first = campaign(folder=tmp_path, passes=None, budget=2.0)
+    first = campaign(folder=tmp_path, passes=None, budget=1.0)
     recorded = len(list((tmp_path / FOLDER).glob("*.parquet")))
-    second = campaign(Crew(2), folder=tmp_path, passes=None, budget=2.0, resume=True)
+    second = campaign(Crew(2), folder=tmp_path, passes=None, budget=1.0, resume=True)
     assert 0 < second.recalled <= recorded  # what is shrunk depends on all that was found
     assert second.counts > first.counts
     again = campaign(folder=tmp_path, passes=None, budget=1e-9, resume=True)
@@ -423,6 +423,6 @@ def test_no_cluster_is_one_clear_line(monkeypatch: pytest.MonkeyPatch, address: 
 
 
 def test_slow_and_lost_engines_do_not_hold_a_crew_up() -> None:
-    run = campaign(Crew(2), engines=[spec(Hanging)], passes=1, call_limit=0.05)
+    run = campaign(Crew(2), engines=[spec(HangingFarOut)], passes=1, call_limit=0.05)
     assert {bucket.symptom for bucket in run.buckets} == {"no answer in time"}
     assert run.problems == []
