@@ -8,7 +8,8 @@ from typing import Any
 
 from oracles.crowds.boxes import BoxCrowd, Pair
 from oracles.engines import load_engine
-from oracles.isolation.children import NO_ANSWER, Answerer, Said, ask_apart
+from oracles.isolation.child import Answerer
+from oracles.isolation.children import NO_ANSWER, Said, ask_apart
 
 EACH = 5.0
 """Seconds for each crowd."""

@@ -12,27 +12,22 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any, BinaryIO
 
+from oracles.isolation.child import LONGEST
 from oracles.isolation.guarded import THREADS
 from oracles.isolation.hands import how_it_ended
 
-BOOT = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from oracles.isolation.children import serve; serve()"
+BOOT = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from oracles.isolation.child import serve; serve()"
 STARTING = 20.0
-"""Seconds that a child has to start and import its engine, and to answer the first question."""
+"""Seconds that a child has to start and to import its engine."""
 LARGEST = 1 << 26
 """Bytes of answers that are read of one child."""
-LONGEST = 500
-"""Characters of a reason."""
-MOST_LOST = 5
+MOST_LOST = 3
 """Children that may be lost one after the other, none with an answer, before the rest is given up."""
 NO_ANSWER = "the engine's process printed something that is no answer"
-
-Answerer = Callable[[Any], Any]
-"""Answers one question; whatever it raises is its answer, too."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +44,7 @@ def ask_apart(maker: str, spec: str, questions: Sequence[Any], each: float) -> l
     Parameters
     ----------
     maker
-        ``module:function`` of the project's own: makes an `Answerer` from `spec`, in the child.
+        ``module:function`` of the project's own: makes an `Answerer` (`oracles.isolation.child`) from `spec`, in the child.
     questions
         Plain data.
     each
@@ -84,7 +79,7 @@ def _one_child(maker: str, spec: str, questions: Sequence[Any], each: float) -> 
 
 def _watched(child: subprocess.Popen[bytes], said: BinaryIO, each: float) -> str:
     """Wait for a child for as long as it goes on answering; give in words how it ended."""
-    size, limit, since = 0, STARTING + each, time.monotonic()
+    size, limit, since = 0, STARTING, time.monotonic()
     while True:
         try:
             return how_it_ended("the engine's process", child.wait(timeout=0.1))
@@ -99,38 +94,10 @@ def _watched(child: subprocess.Popen[bytes], said: BinaryIO, each: float) -> str
 
 
 def _read(content: bytes) -> Iterator[Said]:
-    """Whole lines of a child, as answers."""
-    for line in content.decode("utf-8", "replace").split("\n")[:-1]:
+    """Whole lines of a child, as answers; the first one only says that it is ready."""
+    for line in content.decode("utf-8", "replace").split("\n")[1:-1]:
         try:
             data = json.loads(line)
             yield Said(data["answer"], str(data["lost"])[:LONGEST])
         except (ValueError, LookupError, TypeError, RecursionError):
             yield Said(lost=NO_ANSWER)
-
-
-def serve() -> None:
-    """Be the child: answer the questions on standard input; what the engine prints goes elsewhere."""
-    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
-    answerer = _made(*sys.argv[2:4])
-    for line in sys.stdin:
-        try:
-            said = {"answer": answerer(json.loads(line)), "lost": ""}
-            text = json.dumps(said)
-        except Exception as error:  # whatever an engine raises is its answer
-            text = json.dumps({"answer": None, "lost": f"{type(error).__name__}: {error}"[:LONGEST]})
-        print(text, file=out, flush=True)
-
-
-def _made(maker: str, spec: str) -> Answerer:
-    """Make what answers; where that fails, each question is told so."""
-    module, _, function = maker.partition(":")
-    try:
-        return getattr(import_module(module), function)(spec)  # type: ignore[no-any-return]
-    except Exception as error:
-        failed = error
-
-        def fail(_: Any) -> Any:
-            raise failed
-
-        return fail

@@ -20,15 +20,15 @@ SURVEYS: Mapping[str, str] = MappingProxyType({})
 
 
 def load_survey(name: str) -> Survey:
-    """Make the survey of this name, or of this ``module:class``.
+    """Make the survey of this name.
 
     Raises
     ------
     LookupError
         When there is none.
     """
-    module, colon, attribute = SURVEYS.get(name, name).partition(":")
-    if not colon:
-        raise LookupError(f"no survey {name!r}: there are {', '.join(SURVEYS) or 'none'}")
+    if name not in SURVEYS:
+        raise LookupError(f"no survey {name[:100]!r}: there are {', '.join(SURVEYS) or 'none'}")
+    module, _, attribute = SURVEYS[name].partition(":")
     made: Survey = getattr(import_module(module), attribute)()
     return made

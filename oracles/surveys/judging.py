@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import Any
 
-from oracles.isolation.children import NO_ANSWER, Answerer, Said, ask_apart
+from oracles.isolation.child import LONGEST
+from oracles.isolation.children import NO_ANSWER, Said, ask_apart
 from oracles.surveys import load_survey
-from oracles.surveys.survey import REFERENCE, Case, Judgement, Library, Survey, SurveyEngine
+from oracles.surveys.survey import REFERENCE, Case, Judgement, Survey, SurveyEngine
 
 MOST_ROUNDS, MOST_TRIES = 12, 64
 """Of asking whether simpler cases show the same, and cases of one round."""
@@ -127,7 +127,7 @@ def shown(survey: Survey, engine: SurveyEngine, case: Case, said: Said) -> Shown
         try:
             judgement = survey.judge(case, said.answer)
         except DAMAGE as error:
-            said = Said(lost=f"{NO_ANSWER}: {error}"[:500])
+            said = Said(lost=f"{NO_ANSWER}: {error}"[:LONGEST])
     made = Shown(case, said, judgement, engine.tolerance(case))
     return Shown(case, said, judgement, made.tolerance, engine.known(case)) if made.kind in ("wrong", "lost") else made
 
@@ -181,16 +181,6 @@ def question(name: str, engine: str, seed: int) -> list[SurveyCount]:
 
     def asker(cases: Sequence[Case]) -> list[Said]:
         data = [case.to_json() for case in cases]
-        return ask_apart("oracles.surveys.judging:answerer", library.address, data, survey.each) if data else []
+        return ask_apart("oracles.surveys.survey:answerer", library.address, data, survey.each) if data else []
 
     return judged(survey, engine, library.load(), survey.cases(seed), asker)
-
-
-def answerer(address: str) -> Answerer:
-    """What answers in the child: the engine with its library."""
-    engine = Library(address, "", "").load()
-
-    def answer(data: Mapping[str, Any]) -> Any:
-        return engine.answer(Case.from_json(data))
-
-    return answer

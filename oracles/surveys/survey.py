@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, ClassVar, NamedTuple
 
+from oracles.isolation.child import Answerer
+
 REFERENCE = "refimpl"
 """Name of the engine that is this project's own: where it is proven wrong, the reference is."""
 
@@ -167,3 +169,13 @@ class Survey(ABC):
     @abstractmethod
     def written(self, case: Case) -> str:
         """Return a case as a person writes it down, in Python where that can be."""
+
+
+def answerer(address: str) -> Answerer:
+    """What answers in the child: the engine with its library."""
+    engine = Library(address, "", "").load()
+
+    def answer(data: Mapping[str, Any]) -> Any:
+        return engine.answer(Case.from_json(data))
+
+    return answer
