@@ -1,0 +1,1 @@
+"""From points and meshes to proxies: bounding volumes, and colliders that approximate."""
