@@ -18,7 +18,7 @@ from typing import ClassVar
 
 from oracles.engine import NATIVE, Bound, Engine, Kind, Row, Solver, Support, Tolerance, emulated, unsupported
 from oracles.engines.bullet_shapes import MARGIN
-from oracles.engines.bullet_steps import THINNEST, SteppedWorld, Stepping, step_script
+from oracles.engines.bullet_steps import PENETRATION, THINNEST, SteppedWorld, Stepping, step_script
 from oracles.engines.bullet_world import import_bullet
 from oracles.scene import SWEEP
 from refimpl.shapes import AABB, Box, Capsule, ConvexPolyhedron, Cylinder, HalfSpace, Point, Sphere
@@ -26,8 +26,6 @@ from refimpl.shapes import AABB, Box, Capsule, ConvexPolyhedron, Cylinder, HalfS
 KINDS = (Point, Sphere, Capsule, HalfSpace, AABB, Box, Cylinder, ConvexPolyhedron)
 BREAKING = 0.02
 """`contactBreakingThreshold`: contacts across smaller gaps are kept."""
-PENETRATION = 0.04
-"""`allowedCcdPenetration`: nearer approaches are not swept."""
 EXACT = 1e-9
 """Rounding, relative to the largest coordinate."""
 AS_BALL = f"a Point is a sphere of radius {THINNEST:g}, which is taken off the answer"

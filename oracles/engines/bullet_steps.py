@@ -28,7 +28,9 @@ THINNEST = 1e-8
 ACTIVE = 0.5
 """`changeDynamics` has a swept sphere looked after on ways of a step longer than this part of its radius."""
 NO_TURNING = "asked about translations: the way of a body that spins is also one of its inertia"
-NOT_SWEPT = "a swept sphere is looked after on ways longer than half its radius"
+PENETRATION = 0.04
+"""`allowedCcdPenetration`: nearer approaches are not swept."""
+NOT_SWEPT = "a swept sphere is looked after on ways longer than half its radius; on this way it might get in by 0.04"
 
 
 class Stepping(NamedTuple):
@@ -67,10 +69,15 @@ def going(A: Kind, row_a: Row, B: Kind, row_b: Row, stepping: Stepping) -> Going
     mover, rest, way = a, b, course.a.linear - course.b.linear
     if a.geometry == PLANE:
         mover, rest, way = b, a, -way
-    radius = mover.sizes.get("radius", 0.0)
-    if stepping.swept and not math.hypot(*way) > ACTIVE * float(radius) * stepping.steps:  # type: ignore[arg-type]
+    if stepping.swept and PENETRATION < math.hypot(*way) <= ACTIVE * _radius(mover):
         raise UnsupportedCell(NOT_SWEPT)
     return Going(mover, rest, way.tolist(), float(np.abs(way).max()) or 1.0)
+
+
+def _radius(ball: Placed) -> float:
+    radius = ball.sizes["radius"]
+    assert isinstance(radius, float)
+    return radius
 
 
 class SteppedWorld(World):
@@ -120,7 +127,7 @@ class SteppedWorld(World):
 
 def dynamics(placed: Placed, mass: float, stepping: Stepping) -> dict[str, Any]:
     """Arguments of changeDynamics."""
-    swept = {"ccdSweptSphereRadius": placed.sizes["radius"]} if stepping.swept and mass else {}
+    swept = {"ccdSweptSphereRadius": _radius(placed)} if stepping.swept and mass else {}
     return {**BODY, **swept}
 
 
