@@ -100,6 +100,7 @@ class Campaign:
         self._do(plan.replays(self.filing.buckets.ledger, self.run.engines, self.pairs), until=late)
         self._do(plan.first_pass(self.pairs, self.run.seed), until=late)
         self._do(plan.crowds(self.run.engines, self.pairs), until=late)
+        self._do(plan.surveys(self.run.engines, self.pairs), until=late)
         if not self.passes and self.elapsed > budget + PATIENCE:
             self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
         hunted = (1 - BOILING) * budget

@@ -229,5 +229,5 @@ def exit_status(found: Run, *, settled: bool = True) -> int:
         return REFERENCE_WRONG
     if found.interrupted:
         return INTERRUPTED
-    broken = any(count.wrong for count in found.crowds)
+    broken = any(count.wrong for count in found.crowds) or any(count.failed for count in found.surveys)
     return INCOMPLETE if found.problems or broken or not settled else FINISHED
