@@ -6,7 +6,6 @@ physics engines take the convex hull; an ellipsoid becomes a hull with flat face
 
 from __future__ import annotations
 
-import io
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -188,12 +187,12 @@ def _about_axis(shape: Capsule | Cylinder, robot: Robot) -> _Geometry:
 def _mesh(corners: Array, robot: Robot) -> dict[str, str]:
     """Write the hull of some corners as an OBJ file beside the URDF."""
     import trimesh  # noqa: PLC0415  an extra, and slow to import
-    from trimesh.exchange.obj import export_obj  # noqa: PLC0415
 
     number = len(robot.files)
     hull = trimesh.convex.convex_hull(corners)
     file = f"{robot.name}-{number}.obj"
-    robot.files[file] = export_obj(hull, include_normals=False, include_texture=False, header="", digits=17).encode()
+    text: str = hull.export(file_type="obj", include_normals=False, include_texture=False, header="", digits=17)
+    robot.files[file] = text.encode()
     return {"filename": file}
 
 

@@ -1,4 +1,4 @@
-"""What is written for other programs: JSON that reads back to the bit, and URDFs that PyBullet loads as they were meant."""
+"""What is written for other programs: JSON that reads back to the bit, and URDFs that PyBullet loads as meant."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ from tests.solids import L_SHAPE, prism
 bullet = pytest.importorskip("pybullet")
 pytest.importorskip("trimesh")
 
-CORNERS = np.random.default_rng(3).normal(size=(12, 3)) + [0.4, -0.3, 0.2]
+CORNERS = np.random.default_rng(3).normal([0.4, -0.3, 0.2], 1.0, (12, 3))
 TURN = [0.3, -0.2, 0.5, 0.7]
 PROXIES = {
     "aabb": AABB([-1, 0, 0.5], [1, 0.25, 0.7]),
@@ -42,7 +42,9 @@ PROXIES = {
     "hull": ConvexPolyhedron.from_vertices(CORNERS, [0.1, 0, 0], TURN),
     "kdop": KDOP.around(CORNERS, 18),
     "ellipsoid": Ellipsoid([0.1, 0.2, 0.3], [0.5, 0.2, 1.0], TURN),
-    "union": Composite([Sphere([0, 0, 0], 0.5), Box([1, 0, 0], [0.5, 0.2, 0.1], TURN), Capsule([0, 0, 0], [1, 1, 0], 0.1)]),
+    "union": Composite(
+        [Sphere([0, 0, 0], 0.5), Box([1, 0, 0], [0.5, 0.2, 0.1], TURN), Capsule([0, 0, 0], [1, 1, 0], 0.1)]
+    ),
 }  # fmt: skip
 WAYS = np.random.default_rng(4).normal(size=(64, 3))
 MATTER = mass_properties(Box([0.2, -0.1, 0.3], [0.4, 0.2, 0.1], TURN))
@@ -82,7 +84,7 @@ def corners_of(path: Path) -> np.ndarray:
 
 
 SIZED = {
-    "box": (bullet.GEOM_BOX, lambda s: tuple(s)),
+    "box": (bullet.GEOM_BOX, tuple),
     "sphere": (bullet.GEOM_SPHERE, lambda s: (s[0],) * 3),
     "capsule": (bullet.GEOM_CAPSULE, lambda s: (s[1], s[0], 0.0)),
     "cylinder": (bullet.GEOM_CYLINDER, lambda s: (s[1], s[0], 0.0)),
