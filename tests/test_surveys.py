@@ -88,7 +88,7 @@ def test_an_answer_that_is_no_number_is_no_right_answer() -> None:
 def test_a_crash_a_hang_and_nonsense_are_lost_and_nothing_else_is() -> None:
     cases = Roots().cases(0)[: len(surveyed.NUMBERS)]
     said = ask_apart(
-        "oracles.surveys.judging:answerer", "tests.surveyed:Fragile", [case.to_json() for case in cases], 0.5
+        "oracles.surveys.survey:answerer", "tests.surveyed:Fragile", [case.to_json() for case in cases], 0.5
     )
     lost = dict(zip(surveyed.NUMBERS, said, strict=True))
     assert (lost[0.0].answer, lost[2.0].answer) == (0.0, math.sqrt(2))
@@ -107,7 +107,7 @@ def test_an_adapter_that_does_not_load_loses_all_and_ends() -> None:
     assert [count.absent for count in SurveyTask("roots", "absent").do(Workshop(Setup(()))).surveys] == [
         "needs the module no_such_module_at_all, which is not installed: pip install nothing"
     ]
-    said = ask_apart("oracles.surveys.judging:answerer", "tests.surveyed:NoSuchClass", [{}] * 3, 0.5)
+    said = ask_apart("oracles.surveys.survey:answerer", "tests.surveyed:NoSuchClass", [{}] * 3, 0.5)
     assert ["NoSuchClass" in one.lost for one in said] == [True] * 3
     gone = ask_apart("oracles.isolation.no_such_module:answerer", "", [{}] * 9, 0.5)
     assert [bool(one.lost) for one in gone] == [True] * 9

@@ -44,7 +44,7 @@ def ask_apart(maker: str, spec: str, questions: Sequence[Any], each: float) -> l
     Parameters
     ----------
     maker
-        ``module:function`` of the project's own: makes an `Answerer` (`oracles.isolation.child`) from `spec`, in the child.
+        ``module:function`` of the project's own: makes an `Answerer` from `spec`, in the child.
     questions
         Plain data.
     each
