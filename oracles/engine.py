@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from oracles.impact_stages import TARGETS
 from oracles.motion import Motion
 from oracles.scene import DISTANCE, IMPACT, QUERIES, RAYCAST, SWEEP
+from oracles.world import is_flat
 from refimpl.shapes import Point, Proxy, Ray
 
 if TYPE_CHECKING:
@@ -57,6 +58,8 @@ VELOCITIES = ("velocity_a", "angular_a", "velocity_b", "angular_b")
 """Columns that answer an impact."""
 
 NOT_STAGED = f"impacts are staged for {', '.join(f'{a.__name__}–{b.__name__}' for a, b in TARGETS)}"
+
+NOT_FLAT, NOT_IN_SPACE = "an engine of space, which has no flat shapes", "an engine of the plane, all of whose shapes are flat"
 
 NAN = float("nan")
 NOWHERE = (NAN, NAN, NAN)
@@ -313,6 +316,8 @@ class Engine(ABC):
     """
 
     name: ClassVar[str]
+    flat: ClassVar[bool] = False
+    """Whether it is an engine of the plane, and not of space."""
     velocity_limit: ClassVar[float] = float("inf")
     """Largest coordinate of a velocity, where the convention CLAMPED says that there is one."""
     thresholds: ClassVar[Mapping[str, float]] = MappingProxyType({})
@@ -333,11 +338,13 @@ class Engine(ABC):
         """Whether and how the engine answers a cell."""
         if query not in QUERIES:
             raise ValueError(f"no query {query!r}; there are {', '.join(QUERIES)}")
-        if query == RAYCAST and not (A is Ray and B.is_solid):
+        if not is_flat(A) == is_flat(B) == self.flat:
+            return unsupported(NOT_FLAT if not self.flat else NOT_IN_SPACE)
+        if query == RAYCAST and not (issubclass(A, Ray) and B.is_solid):
             return unsupported("a raycast is a Ray against a solid")
-        if query != RAYCAST and Ray in (A, B):
+        if query != RAYCAST and (issubclass(A, Ray) or issubclass(B, Ray)):
             return unsupported("a Ray is for raycast")
-        if A is Point and B is Point:
+        if issubclass(A, Point) and issubclass(B, Point):
             return unsupported("two points are no pair of the table")
         if query == IMPACT:
             return self._impact_support(A, B) if (A, B) in TARGETS else unsupported(NOT_STAGED)

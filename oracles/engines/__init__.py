@@ -17,6 +17,7 @@ SHIPPED: Mapping[str, tuple[str, str]] = MappingProxyType(
         "fcl": ("oracles.engines.fcl_engine:FclEngine", "fcl"),
         "bullet": ("oracles.engines.bullet_engine:BulletEngine", "pybullet"),
         "pybullet-defaults": ("oracles.engines.bullet_defaults:BulletDefaults", "pybullet"),
+        "pymunk": ("oracles.engines.pymunk_engine:PymunkEngine", "pymunk"),
     }
 )
 """Name to (adapter, the module that the engine's package installs)."""
@@ -54,10 +55,12 @@ def load_engine(spec: str) -> Engine:
 
 
 PACKAGES: Mapping[str, str] = MappingProxyType(
-    {"fcl": "python-fcl", "bullet": "pybullet", "pybullet-defaults": "pybullet"}
+    {"fcl": "python-fcl", "bullet": "pybullet", "pybullet-defaults": "pybullet", "pymunk": "pymunk"}
 )
 """Name to the package that the index knows."""
-EXTRAS: Mapping[str, str] = MappingProxyType({"fcl": "fcl", "bullet": "bullet", "pybullet-defaults": "bullet"})
+EXTRAS: Mapping[str, str] = MappingProxyType(
+    {"fcl": "fcl", "bullet": "bullet", "pybullet-defaults": "bullet", "pymunk": "pymunk"}
+)
 """Name to the extra of this project that installs it."""
 
 
