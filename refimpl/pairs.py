@@ -6,7 +6,7 @@ when this module is imported, not when somebody meets it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
 from typing import Any
@@ -177,8 +177,15 @@ def required_pairs() -> list[tuple[type[Proxy], type[Proxy]]]:
 
 def require_complete(rows: dict[tuple[type[Proxy], type[Proxy]], Rule]) -> None:
     """Raise LookupError for a missing row, or for one that no pair needs."""
-    missing = [pair for pair in required_pairs() if pair not in rows]
-    surplus = [pair for pair in rows if pair not in required_pairs()]
+    require_rows(rows, required_pairs())
+
+
+def require_rows(
+    rows: dict[tuple[type[Proxy], type[Proxy]], Rule], pairs: Sequence[tuple[type[Proxy], type[Proxy]]]
+) -> None:
+    """Raise LookupError for a missing row of a table, or for one that none of the pairs needs."""
+    missing = [pair for pair in pairs if pair not in rows]
+    surplus = [pair for pair in rows if pair not in pairs]
     if missing or surplus:
         names = ", ".join(f"({a.__name__}, {b.__name__})" for a, b in missing or surplus)
         raise LookupError(f"the pair table {'lacks' if missing else 'has no use for'} {names}")
