@@ -59,7 +59,10 @@ VELOCITIES = ("velocity_a", "angular_a", "velocity_b", "angular_b")
 
 NOT_STAGED = f"impacts are staged for {', '.join(f'{a.__name__}–{b.__name__}' for a, b in TARGETS)}"
 
-NOT_FLAT, NOT_IN_SPACE = "an engine of space, which has no flat shapes", "an engine of the plane, all of whose shapes are flat"
+NOT_FLAT, NOT_IN_SPACE = (
+    "an engine of space, which has no flat shapes",
+    "an engine of the plane, all of whose shapes are flat",
+)
 
 NAN = float("nan")
 NOWHERE = (NAN, NAN, NAN)
@@ -338,19 +341,23 @@ class Engine(ABC):
         """Whether and how the engine answers a cell."""
         if query not in QUERIES:
             raise ValueError(f"no query {query!r}; there are {', '.join(QUERIES)}")
-        if not is_flat(A) == is_flat(B) == self.flat:
-            return unsupported(NOT_FLAT if not self.flat else NOT_IN_SPACE)
-        if query == RAYCAST and not (issubclass(A, Ray) and B.is_solid):
-            return unsupported("a raycast is a Ray against a solid")
-        if query != RAYCAST and (issubclass(A, Ray) or issubclass(B, Ray)):
-            return unsupported("a Ray is for raycast")
-        if issubclass(A, Point) and issubclass(B, Point):
-            return unsupported("two points are no pair of the table")
+        if senseless := self._senseless(query, A, B):
+            return unsupported(senseless)
         if query == IMPACT:
             return self._impact_support(A, B) if (A, B) in TARGETS else unsupported(NOT_STAGED)
         if query == SWEEP:
             return self._sweep_support(A, B)
         return self._support(query, A, B)
+
+    def _senseless(self, query: str, A: Kind, B: Kind) -> str:
+        """Why a query on two types makes no sense, or none of this engine's world; empty where it does."""
+        if not is_flat(A) == is_flat(B) == self.flat:
+            return NOT_IN_SPACE if self.flat else NOT_FLAT
+        if query == RAYCAST:
+            return "" if issubclass(A, Ray) and B.is_solid else "a raycast is a Ray against a solid"
+        if issubclass(A, Ray) or issubclass(B, Ray):
+            return "a Ray is for raycast"
+        return "two points are no pair of the table" if issubclass(A, Point) and issubclass(B, Point) else ""
 
     def _impact_support(self, A: Kind, B: Kind) -> Support:
         """Support of impacts, in a cell that makes sense; none, unless an adapter says so."""

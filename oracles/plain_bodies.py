@@ -73,9 +73,9 @@ PLAIN_BODIES: dict[type[Proxy], tuple[Proxy, ...]] = {
 
 BLOCK = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
 PLAIN_BODIES |= {
-    flat.FlatPoint: (flat.FlatPoint([0.0, 0.0]),),
+    flat.FlatPoint: (flat.FlatPoint(np.zeros(2)),),
     flat.FlatRay: tuple(
-        flat.FlatRay(o, d)
+        flat.FlatRay(np.array(o), np.array(d))
         for o in ([-2.0, 0.0], [0.0, 0.0], [-2.0, 0.5], [1.0, 0.0])
         for d in ([1.0, 0.0], [2.0, 0.5], [1.0, 1.0], [0.0, 1.0])
     ),

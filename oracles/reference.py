@@ -64,7 +64,9 @@ def signed(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
 
     The two differ only for unions that overlap.
     """
-    if isinstance(x, Point) and isinstance(y, Capsule | Segment) and np.array_equal(y.p, y.q):  # a ball: of radius 0, perhaps
+    if (
+        isinstance(x, Point) and isinstance(y, Capsule | Segment) and np.array_equal(y.p, y.q)
+    ):  # a ball: of radius 0, perhaps
         sigma = np.where(wanted, norm(x.position - y.p) - y.radius, 0.0)
         return sigma, sigma
     if is_quick(type(x), type(y)):

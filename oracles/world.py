@@ -7,11 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from refimpl import flat
+from refimpl.flat.pairs import PROBES as FLAT_PROBES
+from refimpl.flat.pairs import SOLIDS as FLAT_SOLIDS
 from refimpl.linear import Array, dot, norm, scale
 from refimpl.pairs import PROBES, SOLIDS, TABLE, Rule
 from refimpl.shapes import Capsule, HalfSpace, Point, Proxy
@@ -56,20 +59,20 @@ class World:
     @property
     def up(self) -> Array:
         """Some direction."""
-        return np.eye(self.axes)[-1]
+        return np.asarray(np.eye(self.axes)[-1])
 
     def cut(self, answers: Answers) -> Answers:
         """Answers with the vectors of this world; one that leaves the plane is none."""
         if self.axes == SPACE.axes:
             return answers
-        found = {}
+        found: dict[str, Any] = {}
         for name in VECTORS:
             column = getattr(answers, name)
             leaves = (column[:, self.axes :] != 0).any(axis=1, keepdims=True)
             found[name] = np.where(leaves, np.nan, column[:, : self.axes])
         return replace(answers, **found)
 
-    def fill(self, vectors: Array) -> Array:
+    def fill(self, vectors: NDArray[Any]) -> Array:
         """Vectors of this world with the three numbers that an answer has."""
         zeros = np.where(np.isnan(vectors[..., :1]), np.nan, 0.0)
         return np.concatenate([vectors, *[zeros] * (SPACE.axes - self.axes)], axis=-1)
@@ -90,7 +93,7 @@ def _square(outward: Array, at: Array, half: Array) -> flat.ConvexPolygon:
 
 
 SPACE = World(3, TABLE, PROBES, SOLIDS, Point, Capsule, _all_beyond)
-PLANE = World(2, flat.table(), flat.PROBES, flat.SOLIDS, flat.FlatPoint, flat.Segment, _square)
+PLANE = World(2, flat.table(), FLAT_PROBES, FLAT_SOLIDS, flat.FlatPoint, flat.Segment, _square)
 WORLDS = (SPACE, PLANE)
 
 

@@ -78,18 +78,18 @@ class PymunkEngine(Engine):
             raise EngineUnavailable(OPTIMISED)
 
     def _support(self, query: str, A: Kind, B: Kind) -> Support:
+        del B
         if query == RAYCAST:
             return emulated(A_SEGMENT)
         if query == DISTANCE:
-            if A not in ROUND and B not in ROUND:
+            if A not in ROUND:
                 return unsupported(POINTS_ONLY)
-            return NATIVE if FlatPoint in (A, B) else emulated(LESS_RADIUS)
-        return emulated(A_CIRCLE) if FlatPoint in (A, B) else NATIVE
+            return NATIVE if A is FlatPoint else emulated(LESS_RADIUS)
+        return emulated(A_CIRCLE) if A is FlatPoint else NATIVE
 
     def says(self, query: str, A: Kind, B: Kind) -> frozenset[str]:
-        """Name the columns of an answer; the nearest point is told of the shape, and not of a Disc beside it."""
-        if query == DISTANCE and A not in ROUND:
-            return frozenset({"distance", "on_a", "normal"})
+        """Name the columns of an answer; of distances the nearest point is told of B alone."""
+        del A, B
         return SAYS.get(query, frozenset())
 
     def tolerance(self, query: str, A: Kind, B: Kind) -> Tolerance:
@@ -104,9 +104,7 @@ class PymunkEngine(Engine):
         if query == RAYCAST:
             return lambda ray, b: _cast(Maker(pymunk), ray, place(B, b))
         if query == DISTANCE:
-            if A in ROUND:
-                return lambda a, b: _distance(Maker(pymunk), place(A, a), place(B, b))
-            return lambda a, b: _flipped(_distance(Maker(pymunk), place(B, b), place(A, a)))
+            return lambda a, b: _distance(Maker(pymunk), place(A, a), place(B, b))
         ask = ASK[query]
         return lambda a, b: ask(Maker(pymunk), place(A, a), place(B, b))
 
@@ -118,7 +116,7 @@ class PymunkEngine(Engine):
             return cast_script((A, B), shape, *segment_of(row_a, shape))
         first, second = place(A, row_a), place(B, row_b)
         if query == DISTANCE:
-            return distance_script((A, B), first, second, flipped=A not in ROUND)
+            return distance_script((A, B), first, second)
         return contact_script(query, (A, B), first, second)
 
 
@@ -151,17 +149,7 @@ def _contacts(make: Maker, a: Placed, b: Placed) -> AnswerRow:
 def _distance(make: Maker, ball: Placed, other: Placed) -> AnswerRow:
     found = make(other).point_query(ball.points[0])
     x, y = found.gradient
-    return answer_row(
-        distance=found.distance - ball.radius, on_b=(*found.point, 0.0), normal=(0.0 - x, 0.0 - y, 0.0)
-    )
-
-
-def _flipped(answer: AnswerRow) -> AnswerRow:
-    """The same with both sides exchanged."""
-    answer = list(answer)
-    answer[2:5], answer[5:8] = answer[5:8], answer[2:5]
-    answer[8:11] = [0.0 - x for x in answer[8:11]]
-    return answer
+    return answer_row(distance=found.distance - ball.radius, on_b=(*found.point, 0.0), normal=(0.0 - x, 0.0 - y, 0.0))
 
 
 def segment_of(ray: Row, b: Placed) -> tuple[list[float], list[float], float]:

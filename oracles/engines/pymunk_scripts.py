@@ -16,35 +16,35 @@ print("pymunk", version("pymunk"))
 body = pymunk.Body(body_type=pymunk.Body.STATIC)  # at the origin
 {shapes}'''
 
-MEET = '''
+MEET = """
 try:
     found = a.shapes_collide(b)
 except AssertionError:  # how pymunk tells that the two do not touch
     found = None
 print("hit =", float(found is not None))
-'''
-TELL = '''if found is not None:
+"""
+TELL = """if found is not None:
     deepest = min(found.points, key=lambda point: point.distance)
     print("distance =", repr(deepest.distance))
     print("normal =", [*found.normal, 0.0])  # from a to b
     print("on_a =", [*deepest.point_a, 0.0])
     print("on_b =", [*deepest.point_b, 0.0])
-'''
-MEASURE = '''
-found = {shape}.point_query({centre!r})
+"""
+MEASURE = """
+found = b.point_query({centre!r})
 print("distance =", repr(found.distance - {radius!r}))
-x, y = found.gradient  # away from {shape}
-print("on_{shape} =", [*found.point, 0.0])
-print("normal =", [{sign}x, {sign}y, 0.0])  # from a to b
-'''
-CAST = '''
+print("on_b =", [*found.point, 0.0])
+x, y = found.gradient
+print("normal =", [0.0 - x, 0.0 - y, 0.0])  # to b, where the gradient points away from it
+"""
+CAST = """
 found = b.segment_query({start!r}, {end!r})
 print("hit =", float(found is not None))
 print("t =", repr(float("inf") if found is None else found.alpha * {reach!r}))
 if found is not None:
     print("point =", [*found.point, 0.0])
     print("normal =", [*found.normal, 0.0])
-'''
+"""
 
 
 def contact_script(query: str, kinds: tuple[Kind, Kind], a: Placed, b: Placed) -> str:
@@ -53,11 +53,10 @@ def contact_script(query: str, kinds: tuple[Kind, Kind], a: Placed, b: Placed) -
     return _head(query, kinds, shapes) + MEET + ("" if query == BOOLEAN else TELL)
 
 
-def distance_script(kinds: tuple[Kind, Kind], a: Placed, b: Placed, *, flipped: bool) -> str:
-    """Ask how far a point is from a shape; where `flipped`, the point is that of `b`."""
-    name, shape, ball, sign = ("a", a, b, "") if flipped else ("b", b, a, "-")
-    ask = MEASURE.format(shape=name, centre=ball.points[0], radius=ball.radius, sign=sign)
-    return _head("distance", kinds, shape_text(name, shape)) + ask
+def distance_script(kinds: tuple[Kind, Kind], ball: Placed, b: Placed) -> str:
+    """Ask how far a point or disc is from a shape."""
+    ask = MEASURE.format(centre=ball.points[0], radius=ball.radius)
+    return _head("distance", kinds, shape_text("b", b)) + ask
 
 
 def cast_script(kinds: tuple[Kind, Kind], b: Placed, start: list[float], end: list[float], reach: float) -> str:
