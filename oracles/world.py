@@ -27,7 +27,7 @@ VECTORS = ("on_a", "on_b", "normal", "point")
 """Columns of an answer that are places or directions."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class World:
     """A world: its types, and what the reference says in it.
 
