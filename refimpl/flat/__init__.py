@@ -5,9 +5,9 @@ with vectors of two numbers; `table` names the algorithm of each pair of flat ty
 """
 
 from refimpl.flat.base import Flat
-from refimpl.flat.motions import FlatTranslation
 from refimpl.flat.pairs import table
 from refimpl.flat.polygon import ConvexPolygon
 from refimpl.flat.shapes import Disc, FlatPoint, FlatRay, Rectangle, Segment
+from refimpl.motions import FlatTranslation
 
 __all__ = ["ConvexPolygon", "Disc", "Flat", "FlatPoint", "FlatRay", "FlatTranslation", "Rectangle", "Segment", "table"]

@@ -1,29 +1,26 @@
 """Outlines of convex polygons, derived exactly: their corners and sides, anticlockwise.
 
-Whether a point is a corner, or a line redundant, is decided in whole numbers; only the corners and the directions of
-the sides that come out are rounded, each to the nearest doubles. Polygons that are given by their corners in order, as
-most are, need no exact numbers where an error bound says so.
+Whether a point is a corner, or a line redundant, is decided exactly (`refimpl.flat.corners`); only the corners of lines
+and the directions of the sides are rounded, each to the nearest doubles. Of polygons that are given by their corners in
+order, as most are, a whole batch is taken at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import lru_cache
-from math import gcd
 from typing import Any, Self
 
 import numpy as np
 
 from refimpl.cones import nearest_doubles
 from refimpl.derived import repeats
+from refimpl.flat.corners import clipped, hull_of_doubles, way_between, whole_lines, wrapped
 from refimpl.linear import Array, Bools, largest, norm, power_of_two
 from refimpl.proxy import ShapeError, shifted
-from refimpl.signs import ROUNDING, TINY, on_grid
+from refimpl.signs import ROUNDING, TINY
 
-Place = tuple[int, int, int]
-"""A point (x/w, y/w) as (x, y, w), w > 0."""
 KEPT = 4096
 
 
@@ -54,96 +51,42 @@ class Outline:
         return type(self)(corners, np.broadcast_to(self.normals, corners.shape))
 
 
-# ------------------------------------------------------------------------------------ in whole numbers
+def _of_lines(lines: Array) -> Outline:
+    """Outline of one polygon given by lines (m, 3), whose doubles are kept."""
+    return _kept(lines.tobytes())
 
 
-def _turn(a: Place, b: Place, c: Place) -> int:
-    """Positive where a, b, c turn anticlockwise."""
-    return a[0] * (b[1] * c[2] - c[1] * b[2]) - a[1] * (b[0] * c[2] - c[0] * b[2]) + a[2] * (b[0] * c[1] - c[0] * b[1])
-
-
-def _before(a: Place, b: Place) -> tuple[int, int]:
-    """Way from a to b, times a positive number."""
-    return b[0] * a[2] - a[0] * b[2], b[1] * a[2] - a[1] * b[2]
-
-
-def wrapped(places: list[Place]) -> list[Place]:
-    """Corners of the hull of points, anticlockwise, the lowest first (de Berg et al., Computational Geometry, 1.1)."""
-    upwards = sorted(set(places), key=lambda p: (Fraction(p[1], p[2]), Fraction(p[0], p[2])))
-    corners: list[Place] = []
-    for chain in (upwards, upwards[::-1]):
-        side: list[Place] = []
-        for place in chain:
-            while len(side) > 1 and _turn(side[-2], side[-1], place) <= 0:
-                side.pop()
-            side.append(place)
-        corners += side[:-1]
-    return corners or upwards
-
-
-def clipped(lines: list[Place]) -> list[Place]:
-    """Points that are corners, or on the sides, of the set n_x x + n_y y + k ≤ 0 for every line (n_x, n_y, k).
-
-    A square that is large enough for all corners is cut by one line after the other (Sutherland and Hodgman 1974).
-
-    Raises
-    ------
-    ShapeError
-        Where the set is empty or unbounded.
-    """
-    reach = 2 * max(abs(k) for _, _, k in lines) * max(max(abs(x), abs(y)) for x, y, _ in lines) + 1
-    places: list[Place] = [(-reach, -reach, 1), (reach, -reach, 1), (reach, reach, 1), (-reach, reach, 1)]
-    for n_x, n_y, k in lines:
-        heights = [n_x * x + n_y * y + k * w for x, y, w in places]
-        kept: list[Place] = []
-        for i, (place, height) in enumerate(zip(places, heights, strict=True)):
-            before, level = places[i - 1], heights[i - 1]
-            if (height < 0 < level) or (level < 0 < height):
-                kept.append(_between(before, abs(height), place, abs(level)))
-            if height <= 0:
-                kept.append(place)
-        places = kept
-    if not places:
-        raise ShapeError("no point lies behind all lines: the set is empty")
-    for n_x, n_y, _ in lines:
-        for x, y in ((-n_y, n_x), (n_y, -n_x)):
-            if all(m_x * x + m_y * y <= 0 for m_x, m_y, _ in lines):
-                size = max(abs(x), abs(y))
-                raise ShapeError(f"the set is unbounded along {(x / size, y / size)}")
-    return places
-
-
-def _between(a: Place, share: int, b: Place, rest: int) -> Place:
-    """The point where a line meets the edge ab, above and below which a and b are by `rest` and `share`."""
-    x, y, w = (share * p + rest * q for p, q in zip(a, b, strict=True))
-    common = gcd(x, y, w)
-    return x // common, y // common, w // common
-
-
-def _rounded(corners: list[Place], exponent: int) -> Outline:
-    """Nearest doubles of corners that count in units of 2^exponent, and unit normals of their sides."""
+@lru_cache(maxsize=KEPT)
+def _kept(content: bytes) -> Outline:
+    corners = wrapped(clipped(whole_lines(np.frombuffer(content).reshape(-1, 3))))
     try:
         places = np.array([(x / w, y / w) for x, y, w in corners])
     except OverflowError:
         raise ShapeError("a corner lies beyond the largest float") from None
     normals = np.zeros((len(corners), 2))
     for i in range(len(corners) if len(corners) > 1 else 0):
-        x, y = _before(corners[i], corners[(i + 1) % len(corners)])
+        x, y = way_between(corners[i], corners[(i + 1) % len(corners)])
         normals[i] = nearest_doubles((y, -x))
-    sizes = norm(normals)
-    with np.errstate(over="ignore"):
-        return Outline(np.ldexp(places, exponent), normals / np.where(sizes > 0, sizes, 1.0)[:, None] + 0.0)
+    return Outline(places, _units(normals))
 
 
-@lru_cache(maxsize=KEPT)
-def _exact(content: bytes, width: int) -> Outline:
-    """Outline of one polygon, which is named by the bytes of its numbers."""
-    numbers = np.frombuffer(content).reshape(-1, width)
-    if width == 2:
-        grid, exponent = on_grid(numbers)
-        return _rounded(wrapped([(x, y, 1) for x, y in grid.tolist()]), exponent)
-    lines = [tuple(on_grid(line)[0].tolist()) for line in numbers]
-    return _rounded(wrapped(clipped(lines)), 0)
+def _of_vertices(vertices: Array) -> Outline:
+    """Outline of the hull of points (m, 2)."""
+    x, y = vertices.T.tolist()
+    corners = np.array(hull_of_doubles(list(zip(x, y, strict=True))))
+    return Outline(corners, _outward(corners))
+
+
+def _outward(corners: Array) -> Array:
+    """Outward unit normals of the sides from each corner (..., m, 2) to the next."""
+    way = np.roll(corners, -1, axis=-2) - corners
+    return _units(np.stack([way[..., 1], -way[..., 0]], axis=-1))
+
+
+def _units(v: Array) -> Array:
+    """Vectors of length 1, or 0."""
+    sizes = norm(v)
+    return np.asarray(v / np.where(sizes > 0, sizes, 1.0)[..., None] + 0.0)
 
 
 # --------------------------------------------------------------------------------------- in batches
@@ -169,16 +112,11 @@ def _in_order(vertices: Array) -> tuple[Outline, Bools]:
     first = np.argmin(np.where(ordered[..., 1] == lowest, ordered[..., 0], np.inf), axis=1)
     index = (first[:, None] + np.arange(ordered.shape[1])) % ordered.shape[1]
     corners = np.take_along_axis(ordered, index[..., None], axis=1)
-    way = np.roll(corners, -1, axis=1) - corners
-    outward = np.stack([way[..., 1], -way[..., 0]], axis=-1)
-    sizes = norm(outward)
-    return Outline(corners, outward / np.where(sizes > 0, sizes, 1.0)[..., None] + 0.0), np.all(
-        sure, axis=1
-    ) & once & same
+    return Outline(corners, _outward(corners)), np.all(sure, axis=1) & once & same
 
 
 def _of_batch(numbers: Array, batch: tuple[int, ...]) -> Outline:
-    """Outlines of polygons (g, m, w), where an order is certain from doubles, else from whole numbers."""
+    """Outlines of polygons (g, m, w), where an order is certain from doubles, else one by one."""
     count, rows, width = numbers.shape
     done = np.zeros(count, dtype=bool)
     corners = normals = np.zeros((count, 1, 2))
@@ -197,7 +135,7 @@ def _of_batch(numbers: Array, batch: tuple[int, ...]) -> Outline:
 
 def _exact_at(numbers: Array, where: Any) -> Outline:
     try:
-        return _exact(numbers.tobytes(), numbers.shape[-1])
+        return _of_lines(numbers) if numbers.shape[-1] == 3 else _of_vertices(numbers)
     except ShapeError as error:
         at = f", at index {tuple(int(i) for i in where)}" if len(where) else ""
         raise ShapeError(f"{error}{at}") from None

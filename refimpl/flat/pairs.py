@@ -10,8 +10,8 @@ from refimpl.flat.base import Flat
 from refimpl.flat.polygon import ConvexPolygon
 from refimpl.flat.rays import ray_convexpolygon, ray_segment
 from refimpl.flat.shapes import Disc, FlatPoint, FlatRay, Rectangle, Segment
-from refimpl.pairs import CLOSED, FINITE, Rule, require_rows
 from refimpl.proxy import Proxy
+from refimpl.rules import CLOSED, FINITE, Rule, require_rows
 
 SOLIDS: tuple[type[Flat], ...] = (Disc, Segment, Rectangle, ConvexPolygon)
 PROBES: tuple[type[Flat], ...] = (FlatPoint, FlatRay)

@@ -41,7 +41,7 @@ def separate(a: Outline, b: Outline) -> Separation:
     share = parameter_on_segment(np.zeros(2), corners, after - corners)
     lengths = norm(point_on_segment(share, corners, after))
     top, near = np.max(heights, axis=1), np.min(lengths, axis=1)
-    inside = (top <= 0) & (near <= SLACK * np.max(largest(corners), axis=1) - top)
+    inside = np.isfinite(top) & (top <= 0) & (near <= SLACK * np.max(largest(corners), axis=1) - top)
     side = np.where(inside, np.argmax(heights, axis=1), np.argmin(lengths, axis=1))
     share, height, straight = _at(share, side), _at(heights, side), _at(normals, side)
     on_a, on_b = _witnesses(found, a, b, side, share)

@@ -68,7 +68,8 @@ def _around(origin: Array, direction: Array, outline: Outline, radius: Array) ->
     times = np.where(times >= 0, times, np.inf)
     first = np.argmin(times, axis=1)
     rows = np.arange(len(first))
-    return times[rows, first], np.concatenate([normals, outward], axis=1)[rows, first]
+    normal = np.concatenate([normals, outward], axis=1)[rows, first]
+    return times[rows, first], unit_or(normal, unit_or(-direction, direction)[0])[0]
 
 
 def ray_segment(ray: FlatRay, s: Segment) -> Entry:

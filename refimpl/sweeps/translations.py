@@ -100,7 +100,7 @@ def _touching(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion, t: float) 
     """Point and normal of a contact at a time; no normal at the start."""
     u, v = motion_x.placed(x, t), motion_y.placed(y, t)
     if t == 0:
-        return common_points(u[None], v[None])[0], np.full(3, np.nan)
+        return common_points(u[None], v[None])[0], np.full(u.dimension, np.nan)
     near = distance(u, v)
     return 0.5 * (near.on_a + near.on_b), near.normal
 
