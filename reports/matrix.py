@@ -121,7 +121,11 @@ def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
 
     def table(asked: tuple[str, ...]) -> Table:
         keys = [(engine, query) for engine in engines(run) for query in asked]
-        every = [pair for pair, its_queries in queries.items() if its_queries == asked and any(pair in names for names in worlds)]
+        every = [
+            pair
+            for pair, its_queries in queries.items()
+            if its_queries == asked and any(pair in names for names in worlds)
+        ]
         pairs = [pair for pair in every if pair in known]
         rows = [
             (
