@@ -279,7 +279,7 @@ def run_campaign(
     executor = executor or Here()
     try:
         shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models, examples))
-        wanted = opening.wanted_pairs(pairs)
+        wanted = opening.wanted_pairs(pairs, [bench.engine for bench in shop.benches])
         run = opening.run_of(shop, wanted, budget)
         run.passes = passes
         if not isinstance(executor, Here):

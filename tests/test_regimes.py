@@ -37,6 +37,7 @@ from refimpl import (
     Polyhedron,
     Ray,
     Sphere,
+    flat,
 )
 from refimpl.meshes import require_solid
 from refimpl.pairs import TABLE
@@ -372,8 +373,10 @@ def test_scenes_from_strangers_are_checked(change, words):
 
 def test_all_cells_are_there():
     found = cells()
-    rays = [pair for pair in TABLE if pair[0] is Ray]
-    assert len(found) == (len(TABLE) - len(rays)) * 5 + len(rays)
-    assert {(c.type_a, c.type_b) for c in found} == set(TABLE)
+    pairs = [*TABLE, *flat.table()]
+    rays = [pair for pair in pairs if pair[0] in (Ray, flat.FlatRay)]
+    assert len(rays) == 15
+    assert len(found) == (len(pairs) - len(rays)) * 5 + len(rays)
+    assert {(c.type_a, c.type_b) for c in found} == set(pairs)
     shapes = NumpyDraws(1, (2,), 3)
     assert shapes.choice((1.0, 2.0), 3).shape == (3, 3)
