@@ -15,7 +15,8 @@ from oracles.keeping import rows_of
 from oracles.reference import error_of, kept_shape
 from oracles.scene import Cell, Scene
 from oracles.sweep_claims import SweptRows
-from refimpl import Point, Proxy, distance
+from oracles.world import world_of
+from refimpl import Proxy, distance
 from refimpl.linear import Array, Bools
 
 INSIDE_CONVENTIONS = {Convention.NO_HIT_FROM_INSIDE, Convention.TWO_SIDED_PLANE}
@@ -42,6 +43,7 @@ class Rules:
     def questioned(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, course: Course | None = None) -> Questioned:
         """Rows of a cell on the scene's own shapes; of sweeps also on what course."""
         margins, answered = (np.zeros(len(a)), np.zeros(len(a))), answers.status == Status.ANSWERED
+        answers = world_of(b).cut(answers)
         waived = frozenset(self.conventions(cell))
         if course is not None:
             return SweptRows(cell.query, a, b, *margins, answers, answered, waived, course=course)
@@ -65,8 +67,9 @@ class Rules:
         if not INSIDE_CONVENTIONS & set(self.conventions(cell)):
             return np.zeros(len(rows.a), dtype=bool)
         allowed = self.allowed(cell, "value", rows.size)
-        inside = distance(Point(rows_of(rows.a)[:, :3]), rows.b).distance <= allowed
-        point = rows.hit_point()
+        point, world = rows.hit_point(), rows.world
+        start = world.point(rows_of(rows.a)[:, : world.axes])
+        inside = distance(start, rows.b).distance <= allowed
         surface = np.abs(distance(point, rows.b).distance) <= allowed + error_of(point, rows.b) * rows.size
         return np.asarray(inside & ((rows.answers.hit == 0) | surface))
 

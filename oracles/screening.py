@@ -159,10 +159,10 @@ class Sides:
         excess, violated = np.full((2 * len(claims), n), -np.inf), np.zeros((2 * len(claims), n), dtype=bool)
         certain, pressure, error = violated.copy(), np.zeros(n), np.full(n, np.nan)
         open_still = np.ones(n, dtype=bool) if joined is None else joined.counting.any(axis=0)
-        for i, claim in enumerate(claims):
-            sides = slice(2 * i, 2 * i + 2)
-            if joined is not None and claim.measures is None:
-                claim = replace(claim, made=claim.made & open_still & (not claim.by_convention))
+        for i, whole in enumerate(claims):
+            sides, claim = slice(2 * i, 2 * i + 2), whole
+            if joined is not None and whole.measures is None:
+                claim = replace(whole, made=whole.made & open_still & (not whole.by_convention))
             below, above, doubt = claim.violations()
             allowed = rules.allowed(cell, claim.kind, size)
             excess[sides] = below, above
@@ -186,12 +186,11 @@ class Sides:
 
     def spread(self, rows: NDArray[np.int_], n: int) -> Sides:
         """Put picked rows back to where they were in a batch of n; nothing is violated in the others."""
-        flags = [np.zeros((len(self.symptoms), n), dtype=bool) for _ in range(2)]
+        violated, certain = (np.zeros((len(self.symptoms), n), dtype=bool) for _ in range(2))
         excess, pressure, error = np.full((len(self.symptoms), n), -np.inf), np.zeros(n), np.full(n, np.nan)
-        for whole, picked in zip((*flags, excess), (self.violated, self.certain, self.excess), strict=True):
-            whole[:, rows] = picked
+        violated[:, rows], certain[:, rows], excess[:, rows] = self.violated, self.certain, self.excess
         pressure[rows], error[rows] = self.pressure, self.error
-        return Sides(self.symptoms, self.conventions, excess, *flags, pressure, error)
+        return Sides(self.symptoms, self.conventions, excess, violated, certain, pressure, error)
 
     @property
     def counting(self) -> Bools:

@@ -185,7 +185,6 @@ class Bench:
             screening.counts(batch.groups)
         return answers
 
-
     def _answered(self, name: str, cell: Cell, batch: Batch, rows: NDArray[np.int_]) -> tuple[Answers, Times]:
         worker, times, some = self.workers[name], Times(), [side[rows] for side in batch.rows]
         with times.timed("engine", worker):
