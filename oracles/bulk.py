@@ -34,8 +34,7 @@ from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, Polyhedron
 
 QUICK, SEARCHED = 16, 6
 """Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
-fewer: drawing and judging cost by the batch rather than by the scene. So an engine that errs every 1 000th call is
-asked often enough in its very first task, which finds it without a memory."""
+fewer: drawing and judging cost by the batch rather than by the scene."""
 MOST = 800
 """Scenes of a regime and pair in one task."""
 MOST_OF_MESHES = 200
