@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from oracles.surveys.survey import Survey
 
-SURVEYS: Mapping[str, str] = MappingProxyType({"sprites": "oracles.surveys.sprites:Sprites"})
+SURVEYS: Mapping[str, str] = MappingProxyType(
+    {"bounding": "oracles.surveys.bounding:Bounding", "sprites": "oracles.surveys.sprites:Sprites"}
+)
 """Name of each subject to the class that knows it, as ``module:class``."""
 
 
