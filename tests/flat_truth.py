@@ -61,7 +61,11 @@ def corners(shape: Any) -> tuple[list[Place], Fraction]:
             return [(x, y) for x in (left, right) for y in (low, high)], none
     if shape.given == "vertices":
         return vectors(shape.numbers), none
-    lines = [tuple(map(Fraction, line)) for line in shape.numbers.tolist()]
+    return corners_of_lines([tuple(map(Fraction, line)) for line in shape.numbers.tolist()]), none
+
+
+def corners_of_lines(lines: list[tuple[Fraction, ...]]) -> list[Place]:
+    """Points that two lines (n_x, n_y, k) share, and that lie behind all."""
     found = []
     for (a, b, j), (c, d, k) in combinations(lines, 2):
         area = a * d - b * c
@@ -69,7 +73,7 @@ def corners(shape: Any) -> tuple[list[Place], Fraction]:
             x, y = (b * k - d * j) / area, (c * j - a * k) / area
             if all(u * x + v * y + w <= 0 for u, v, w in lines):
                 found.append((x, y))
-    return found, none
+    return found
 
 
 def ways(points: list[Place], others: list[Place]) -> Iterator[Place]:
