@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,9 @@ def _toward(rng: np.random.Generator, name: str, offset: Any, size: float) -> An
     return way if way.any() else np.array([size, 0.0])
 
 
-def rays(kind: Any) -> Iterator[tuple[Any, Any, mpf]]:
+@cache
+def rays(kind: Any) -> list[tuple[Any, Any, mpf]]:
+    found = []
     rng = np.random.default_rng(TARGETS.index(kind))
     for name, make in REGIMES.items():
         for _ in range(6):
@@ -37,7 +40,8 @@ def rays(kind: Any) -> Iterator[tuple[Any, Any, mpf]]:
             size = max(float(a.magnitude), float(b.magnitude))
             assert isinstance(a, FlatPoint)
             ray = FlatRay(a.position, _toward(rng, name, b.reference_point - a.position, size))
-            yield ray, b, flat_truth.ray_time(ray, b)
+            found.append((ray, b, flat_truth.ray_time(ray, b)))
+    return found
 
 
 def sweeps(pair: Any) -> Iterator[tuple[Any, Any, FlatTranslation, mpf]]:

@@ -121,9 +121,7 @@ def is_outline(outline: Any, points: list[tuple[Fraction, Fraction]]) -> bool:
     if not set(corners) <= set(points) or corners[0] != min(corners, key=lambda p: (p[1], p[0])):
         return False
     if len(corners) < 3:
-        return all(
-            flat_truth.off_segment(p, corners[0], corners[-1]) == (0, 0) for p in points
-        )
+        return all(flat_truth.off_segment(p, corners[0], corners[-1]) == (0, 0) for p in points)
     for i, p in enumerate(corners):
         q, r = corners[(i + 1) % len(corners)], corners[(i + 2) % len(corners)]
         side = flat_truth.minus(q, p)
@@ -160,15 +158,14 @@ def test_a_wrong_outline_is_seen() -> None:
 @settings(max_examples=150, deadline=None)
 def test_corners_of_lines_are_where_two_of_them_meet(lines: list[tuple[int, int, int]]) -> None:
     lines = [line for line in lines if any(line[:2])] or [(1, 0, 0)]
-    try:
-        shape = ConvexPolygon(np.array(lines, dtype=np.float64))
-    except ShapeError as error:
-        far = flat_truth.Fraction(10**6)  # what is cut off there was unbounded, and nothing is cut off of what is empty
-        sides = [(1, 0, -far), (-1, 0, -far), (0, 1, -far), (0, -1, -far)]
-        cut = flat_truth.corners_of_lines([*[tuple(map(Fraction, line)) for line in lines], *sides])
-        assert ("empty" in str(error)) == (not cut)
-        assert not cut or max(abs(c) for p in cut for c in p) == far
+    far = Fraction(10**6)  # what it cuts off was unbounded; of what is empty it leaves nothing
+    sides = [(1, 0, -far), (-1, 0, -far), (0, 1, -far), (0, -1, -far)]
+    cut = flat_truth.corners_of_lines([*[tuple(map(Fraction, line)) for line in lines], *sides])
+    if not cut or max(abs(c) for p in cut for c in p) == far:
+        with pytest.raises(ShapeError, match="unbounded" if cut else "empty"):
+            ConvexPolygon(np.array(lines, dtype=np.float64))
         return
+    shape = ConvexPolygon(np.array(lines, dtype=np.float64))
     points, _ = flat_truth.corners(shape)
     corners = {tuple(map(float, p)) for p in shape.outline.corners}
     assert corners <= {(float(x), float(y)) for x, y in points}
