@@ -22,6 +22,7 @@ from oracles.surveys.survey import Case, SurveyEngine
 from oracles.tasks import SurveyTask
 from refimpl.pairs import TABLE
 from reports import html, junit, markdown
+from reports.findings import warnings
 from reports.reading import NoReport, run_from_data
 from reports.running import FINISHED, INCOMPLETE, REFERENCE_WRONG, exit_status
 from reports.summary import report_data, report_json, schema
@@ -134,6 +135,9 @@ def test_reports_show_what_was_found_and_read_it_back() -> None:
     for said in ("Square roots", "✗ 3 of 5 wrong", "root(1.0)", "needs a thing"):
         assert said in page
         assert said in lines.replace("\\", "")
+    told = "survey roots, planted, root: 5 wrong and 0 lost of 7"
+    assert told in warnings(run)
+    assert told in page
     assert 'failures="1"' in cases
     assert "small: 3 wrong and 0 lost of 5; large: 2 wrong and 0 lost of 2" in cases
 
