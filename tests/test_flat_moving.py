@@ -16,6 +16,7 @@ from refimpl import RigidMotion, Translation
 from refimpl.flat import ConvexPolygon, Disc, FlatPoint, FlatRay, FlatTranslation, Rectangle, Segment
 from refimpl.flat.pairs import TABLE
 from refimpl.proof import certify_sweep, check_sweep
+from refimpl.sweeps.methods import methods_of
 from tests import flat_truth
 from tests.flat_scenes import REGIMES
 
@@ -145,6 +146,11 @@ def test_wrong_times_of_sweeps_are_seen() -> None:
         found = refimpl.sweep(a, b, None, motion)
         worst = max(worst, miss(replace(found, t=found.t * (1 + 1e-11)), true, motion.vector, 1.0))
     assert worst > 1e-12
+
+
+def test_every_pair_of_the_flat_table_names_its_method() -> None:
+    for a, b in TABLE:
+        assert methods_of(a, b) == (None if a is FlatRay else ("ray cast against the difference", "–"))
 
 
 def test_only_the_relative_motion_matters_and_both_orders_agree() -> None:
