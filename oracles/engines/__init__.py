@@ -19,6 +19,7 @@ SHIPPED: Mapping[str, tuple[str, str]] = MappingProxyType(
         "pybullet-defaults": ("oracles.engines.bullet_defaults:BulletDefaults", "pybullet"),
         "bullet-stepping": ("oracles.engines.bullet_stepping:BulletStepping", "pybullet"),
         "bullet-ccd": ("oracles.engines.bullet_stepping:BulletSwept", "pybullet"),
+        "pymunk": ("oracles.engines.pymunk_engine:PymunkEngine", "pymunk"),
     }
 )
 """Name to (adapter, the module that the engine's package installs)."""
