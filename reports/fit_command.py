@@ -62,6 +62,7 @@ def fit(
     collision elements.
     """
     from refimpl.construct.scorecard import scorecard  # noqa: PLC0415
+    from refimpl.proxy import ShapeError  # noqa: PLC0415
     from reports import scorecards  # noqa: PLC0415
     from reports.console import console, facts, fitted  # noqa: PLC0415
 
@@ -69,9 +70,12 @@ def fit(
     solid = read(model, repair or (), scale)
     shown = console()
     with shown.status("building proxies") as status:
-        card = scorecard(
-            solid, kinds, name=model.name, each=lambda score: status.update(f"building proxies: {score.title} done")
-        )
+        try:
+            card = scorecard(
+                solid, kinds, name=model.name, each=lambda score: status.update(f"building proxies: {score.title} done")
+            )
+        except ShapeError as error:
+            raise options.BadInput(f"{model}: {error}; see --scale") from None
     made = scorecards.table(card)
     shown.print(scorecards.caption(card))
     shown.print(fitted(made, shown.width))

@@ -16,6 +16,8 @@ TITLE = "proxyproof: a model and its proxies"
 WORDS = {"translation": "move", "rotation": "turn", "scaling": "scale", "stretching": "stretch"}
 """What each transformation is called in the table."""
 NOTHING = "–"
+LEAST = 1e-9
+"""Share of the diagonal below which a distance is rounding."""
 
 COLUMNS = (
     Column("proxy"),
@@ -76,7 +78,9 @@ def _row(score: Score, card: Scorecard) -> tuple[Entry, ...]:
 
 
 def _share(part: float, whole: float, score: Score) -> str:
-    return NOTHING if score.kind == MODEL or math.isnan(part) else f"{100 * part / whole:.2g}{text.THIN}%"
+    if score.kind == MODEL or math.isnan(part):
+        return NOTHING
+    return f"{100 * part / whole if part > LEAST * whole else 0:.2g}{text.THIN}%"
 
 
 @dataclass(frozen=True)
@@ -111,6 +115,7 @@ def page(card: Scorecard, files: dict[str, tuple[str, ...]], notes: dict[str, tu
     ]
     return html.page(
         "fit.html.jinja",
+        "fit.css",
         title=TITLE,
         name=text.visible(card.name),
         caption=caption(card),

@@ -31,6 +31,7 @@ ENOUGH = 0.02
 """Seconds of tests that tell the time of one."""
 MOST_FACES_TESTED = 1000
 """Faces of a model beyond which it is not tested against itself: where two overlap, that may take minutes."""
+SMALLEST, LARGEST = 1e-50, 1e50
 POINTS = 2048
 """Points on each surface between which distances are measured."""
 
@@ -130,7 +131,7 @@ def scorecard(
     Raises
     ------
     ShapeError
-        For a batch, and for a kind that there is not.
+        For a batch, a kind that there is not, and sizes whose powers no double holds.
     """
     if model.batch_shape:
         raise ShapeError(f"scorecard: expected a single Polyhedron, got a batch of shape {model.batch_shape}")
@@ -138,6 +139,11 @@ def scorecard(
     for kind in chosen:
         if kind not in KINDS:
             raise ShapeError(f"scorecard: there is no kind {kind!r}; there are {', '.join(KINDS)}")
+    size = float(model.magnitude)
+    if not SMALLEST <= size <= LARGEST:
+        raise ShapeError(
+            f"scorecard: sizes from {SMALLEST:g} to {LARGEST:g} are measured, this is {size:g}: scale it first"
+        )
     volume, box = float(mass_properties(model).volume), aabb(model)
     scores = []
     for score in (_score(kind, model, volume) for kind in chosen):
