@@ -24,12 +24,12 @@ from oracles.judges import audited, finding_of
 from oracles.outcome import FINDINGS, SUSPECT, Kind, Outcome
 from oracles.reference import gaps, is_quick
 from oracles.regimes import Regime, regimes_for
-from oracles.scene import CONTACTS, DISTANCE, IMPACT, MOVING, RAYCAST, SWEEP, Cell, cells_of
+from oracles.scene import CONTACTS, DISTANCE, IMPACT, MOVING, PAIRS, RAYCAST, SWEEP, Cell, cells_of
 from oracles.screening import KINDS, Screening
 from oracles.sheets import Sheet
 from oracles.words import decade_of
+from oracles.world import is_flat
 from refimpl.compiling import batch_of
-from refimpl.pairs import TABLE
 
 QUICK, SEARCHED = 16, 6
 """Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
@@ -97,13 +97,14 @@ class _Bulk:
 
     @cached_property
     def regimes(self) -> dict[str, Regime]:
-        """All regimes, with those about the thresholds of the engines."""
-        return regimes_for(bench.engine for bench in self.shop.benches)
+        """All regimes, with those about the thresholds of the engines of this world."""
+        flat = is_flat(self.pair[0])
+        return regimes_for(bench.engine for bench in self.shop.benches if bench.engine.flat == flat)
 
     def drawn(self) -> list[Batch]:
         """Scenes of the pair, fewer where each costs a search; those at rest also where the reference alone answers."""
         asked = {cell.query for cell in cells_of(self.pair) if self.shop.asked(cell)}
-        shard = self.number, list(TABLE).index(self.pair)  # the same scenes whatever pairs are asked for
+        shard = self.number, PAIRS.index(self.pair)  # the same scenes whatever pairs are asked for
         seed = self.shop.setup.seed
         with timed("scenes"):
             batches = Batch.draw(self.pair, seed, shard, self.many, self.regimes) if self.shop.at_rest else []
@@ -184,7 +185,7 @@ class _Bulk:
     def audit(self, batch: Batch) -> None:
         """Prove the reference's own answer on one scene of each regime whose turn it is."""
         first = np.unique(batch.groups, return_index=True)[1]
-        turn = self.number + list(TABLE).index(self.pair)
+        turn = self.number + PAIRS.index(self.pair)
         query = next(q for q in (RAYCAST, DISTANCE, IMPACT, SWEEP) if batch.is_of(q))
         each = SWEEPS_AUDITED if query == SWEEP else AUDITED
         first = first[batch.groups[first] % each == turn % each]

@@ -11,8 +11,8 @@ import numpy as np
 
 from oracles.course import Course
 from oracles.motion import Motion
+from oracles.world import WORLDS
 from refimpl.linear import Array
-from refimpl.pairs import TABLE
 from refimpl.shapes import Proxy, Ray
 
 DISTANCE, CONTACTS, BOOLEAN, RAYCAST = "distance", "contacts", "boolean", "raycast"
@@ -24,7 +24,9 @@ MOVING = (IMPACT, SWEEP)
 MOST_NUMBERS = 1_000_000
 """No shape of a scene from a stranger may be larger."""
 
-TYPES: dict[str, type[Proxy]] = {kind.__name__: kind for pair in TABLE for kind in pair}
+PAIRS: tuple[tuple[type[Proxy], type[Proxy]], ...] = tuple(pair for world in WORLDS for pair in world.table)
+"""Every pair of types: those of space, then those of the plane."""
+TYPES: dict[str, type[Proxy]] = {kind.__name__: kind for pair in PAIRS for kind in pair}
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,8 @@ class Cell:
 def cells() -> list[Cell]:
     """Every cell: rays are cast, all other pairs answer distance, contacts, the boolean, impacts and sweeps."""
     found = []
-    for type_a, type_b in TABLE:
-        queries = (RAYCAST,) if type_a is Ray else (DISTANCE, CONTACTS, BOOLEAN, IMPACT, SWEEP)
+    for type_a, type_b in PAIRS:
+        queries = (RAYCAST,) if issubclass(type_a, Ray) else (DISTANCE, CONTACTS, BOOLEAN, IMPACT, SWEEP)
         found += [Cell(query, type_a, type_b) for query in queries]
     return found
 

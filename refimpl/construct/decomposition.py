@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from refimpl.construct.models import FitError, in_moderate_unit, placed, solid_of, whole_number
+from refimpl.construct.models import in_moderate_unit, placed, solid_of, whole_number
+from refimpl.construct.sources import ConstructionError
 from refimpl.shapes import Composite, ConvexPolyhedron
 
 THRESHOLD = 0.05
@@ -37,17 +38,17 @@ def decomposed(mesh: Any, count: int | None = None, *, threshold: float = THRESH
 
     Raises
     ------
-    FitError
+    ConstructionError
         Where coacd is not installed, or for a threshold or count out of range.
     """
     if not 0.01 <= threshold <= 1:
-        raise FitError(f"threshold: expected 0.01 to 1, got {threshold!r}")
+        raise ConstructionError(f"threshold: expected 0.01 to 1, got {threshold!r}")
     most = -1 if count is None else whole_number(count)
     polyhedron = solid_of(mesh)
     try:
         import coacd  # noqa: PLC0415  an extra
     except ImportError:
-        raise FitError("a convex decomposition needs coacd: pip install 'proxyproof[decompose]'") from None
+        raise ConstructionError("a convex decomposition needs coacd: pip install 'proxyproof[decompose]'") from None
     solid, exponent = in_moderate_unit(polyhedron)
     coacd.set_log_level("error")
     found = coacd.run_coacd(

@@ -28,11 +28,10 @@ from refimpl.solids import Solid
 SAMPLES = 2048
 """Points of the surface from which balls are shrunk."""
 DETAIL = 12_288
-"""Boxes at the surface that measure a fit."""
 ROUNDS = 60
 
 
-def medial_spheres(mesh: Any, count: int, *, seed: int = 0) -> Composite:
+def medial_spheres(mesh: Any, count: int, *, seed: int = 0, detail: int = DETAIL) -> Composite:
     """Spheres inside a mesh that may overlap and cover as much of it as they can.
 
     Out of balls that touch the surface at least twice (see `refimpl.construct.medial`), one after the other the one
@@ -45,6 +44,8 @@ def medial_spheres(mesh: Any, count: int, *, seed: int = 0) -> Composite:
         Spheres, 1 to 256.
     seed : int
         The same seed gives the same spheres.
+    detail : int
+        Boxes at the surface by which volumes are measured: more of them see finer details and take longer.
 
     Returns
     -------
@@ -59,7 +60,7 @@ def medial_spheres(mesh: Any, count: int, *, seed: int = 0) -> Composite:
     count, polyhedron = whole_number(count), solid_of(mesh)
     solid, exponent = in_moderate_unit(polyhedron)
     center, radius = _balls(solid, seed)
-    target = target_of(solid, DETAIL)
+    target = target_of(solid, detail)
     chosen = covering(target.own(center), np.ldexp(radius, -target.exponent), *target.within, count)
     return placed(polyhedron, exponent, Composite([Sphere(center[i], radius[i]) for i in chosen]))
 
@@ -82,43 +83,43 @@ def packed_spheres(mesh: Any, count: int, *, seed: int = 0) -> Composite:
     return placed(polyhedron, exponent, Composite([Sphere(c, r) for c, r in zip(center, radius, strict=True)]))
 
 
-def fitted_spheres(mesh: Any, count: int, *, seed: int = 0) -> Composite:
+def fitted_spheres(mesh: Any, count: int, *, seed: int = 0, detail: int = DETAIL) -> Composite:
     """Spheres whose union has as large an intersection over union with a mesh as could be found.
 
     They start as `medial_spheres` and may reach through the surface.
 
     Parameters
     ----------
-    mesh, count, seed
+    mesh, count, seed, detail
         As for `medial_spheres`.
     """
-    return _fitted(SPHERES, _first_spheres, mesh, count, seed)
+    return _fitted(SPHERES, _first_spheres, mesh, count, seed, detail)
 
 
-def fitted_capsules(mesh: Any, count: int, *, seed: int = 0) -> Composite:
+def fitted_capsules(mesh: Any, count: int, *, seed: int = 0, detail: int = DETAIL) -> Composite:
     """Capsules whose union has as large an intersection over union with a mesh as could be found.
 
     They start as the capsules that have the moments of the solid's parts; see `refimpl.construct.parts`.
 
     Parameters
     ----------
-    mesh, count, seed
+    mesh, count, seed, detail
         As for `medial_spheres`.
     """
-    return _fitted(CAPSULES, _first_capsules, mesh, count, seed)
+    return _fitted(CAPSULES, _first_capsules, mesh, count, seed, detail)
 
 
-def fitted_boxes(mesh: Any, count: int, *, seed: int = 0) -> Composite:
+def fitted_boxes(mesh: Any, count: int, *, seed: int = 0, detail: int = DETAIL) -> Composite:
     """Boxes whose union has as large an intersection over union with a mesh as could be found.
 
     They start as the boxes that have the moments of the solid's parts; see `refimpl.construct.parts`.
 
     Parameters
     ----------
-    mesh, count, seed
+    mesh, count, seed, detail
         As for `medial_spheres`.
     """
-    return _fitted(BOXES, _first_boxes, mesh, count, seed)
+    return _fitted(BOXES, _first_boxes, mesh, count, seed, detail)
 
 
 # ------------------------------------------------------------------------------------------- how
@@ -131,11 +132,11 @@ def _balls(solid: Solid, seed: int) -> tuple[Array, Array]:
 
 
 def _fitted(
-    family: Family, first: Callable[[Solid, Target, int, int], Array], mesh: Any, count: int, seed: int
+    family: Family, first: Callable[[Solid, Target, int, int], Array], mesh: Any, count: int, seed: int, detail: int
 ) -> Composite:
     count, polyhedron = whole_number(count), solid_of(mesh)
     solid, exponent = in_moderate_unit(polyhedron)
-    target = target_of(solid, DETAIL)
+    target = target_of(solid, detail)
     rows, loss = adjusted(family, first(solid, target, count, seed), target, ROUNDS)
     rows = relocated(family, rows, loss, target)
     shapes = Composite([family.proxy(row) for row in rows]).times_power(target.exponent).translated(target.middle)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from refimpl.construct.sources import ConstructionError
 from refimpl.linear import power_of_two
 from refimpl.loading import from_trimesh, load_polyhedron
-from refimpl.proxy import ShapeError
 from refimpl.shapes import Composite, Polyhedron
 from refimpl.solids import Solid
 
@@ -17,10 +17,6 @@ MOST = 256
 """Parts of a collider."""
 MODERATE = 64
 """Meshes whose size is beyond 2^±64 are fitted in another unit."""
-
-
-class FitError(ShapeError):
-    """No collider can be made from what was given; the text says why."""
 
 
 def solid_of(source: Any) -> Polyhedron:
@@ -41,11 +37,11 @@ def solid_of(source: Any) -> Polyhedron:
         return load_polyhedron(source)
     if isinstance(source, Polyhedron):
         if source.batch_shape:
-            raise FitError(f"mesh: expected a single Polyhedron, got a batch of shape {source.batch_shape}")
+            raise ConstructionError(f"mesh: expected a single Polyhedron, got a batch of shape {source.batch_shape}")
         return source
     if hasattr(source, "vertices") and hasattr(source, "faces"):
         return from_trimesh(source)
-    raise FitError(
+    raise ConstructionError(
         f"mesh: expected a Polyhedron, the path of a mesh file or a trimesh object, got {type(source).__name__}: "
         "a collider needs to know what is inside"
     )
@@ -54,7 +50,7 @@ def solid_of(source: Any) -> Polyhedron:
 def whole_number(count: Any) -> int:
     """Check the number of parts."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 1 <= count <= MOST:
-        raise FitError(f"count: expected a whole number from 1 to {MOST}, got {count!r}")
+        raise ConstructionError(f"count: expected a whole number from 1 to {MOST}, got {count!r}")
     return int(count)
 
 

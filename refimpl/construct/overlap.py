@@ -108,7 +108,7 @@ def volume_overlap(proxy: Proxy, mesh: Polyhedron, *, boxes: int = BOXES, seed: 
     proxy : a single bounded solid
     mesh : a single Polyhedron
     boxes : int
-        Boxes around the boundary, at most; errors fall as boxes^(-5/6).
+        Boxes around the boundary, at most; errors fall as their inverse.
     seed : int
         The same seed gives the same numbers.
 

@@ -70,8 +70,9 @@ class SurfaceDistance:
 def surface_distance(proxy: Proxy, mesh: Polyhedron, *, points: int = POINTS, seed: int = 0) -> SurfaceDistance:
     """Distances between the surfaces of a proxy and a mesh.
 
-    Each point's distance is exact up to rounding, except for points deep in a union, of which the shortest way out
-    leads to where two parts meet: there it is that to the nearest of many points of the union's surface.
+    Each point's distance is exact up to rounding, except for points in a union from which the shortest way out of the
+    part in which they are deepest ends in another part: there it is that to the nearest of many points of the union's
+    surface, too large by as much as these are apart, at most.
 
     Parameters
     ----------

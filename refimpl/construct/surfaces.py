@@ -28,7 +28,6 @@ from refimpl.shapes import (
 
 STEP = 1.2207440846057596  # the real root of x⁴ = x + 1
 OUTWARD = 1e-7  # of its size: so far outside its own part, a point of a union's surface is outside all parts
-CROWD = 8  # points of a sphere for each that is kept, where its image is stretched unevenly
 
 
 class Samples(NamedTuple):
@@ -203,13 +202,15 @@ def _area_of_ellipsoid(e: Ellipsoid) -> float:
 
 
 def _on_ellipsoid(e: Ellipsoid, cube: Array) -> tuple[Array, Array]:
-    """Images of many points of the unit sphere, of which each is kept as often as its surroundings are stretched."""
+    """Images of points of the unit sphere, kept as their surroundings are stretched: half of them at least, on average.
+
+    (The stretch is the length of a vector, so its mean over the sphere is no less than half its largest.)
+    """
     a, b, c = e.radii.tolist()
-    many = spread(CROWD * len(cube)) + cube[0]
-    sphere = _directions(many[:, 0] % 1.0, many[:, 1] % 1.0)
+    many = (spread(4 * len(cube) + 64) + cube[0]) % 1.0
+    sphere = _directions(many[:, 0], many[:, 1])
     normals, stretch = unit_or(sphere * np.array([b * c, c * a, a * b]), np.eye(3)[2])
-    bounds = np.cumsum(stretch)
-    kept = np.searchsorted(bounds, (np.arange(len(cube)) + 0.5) / len(cube) * bounds[-1])
+    kept = np.flatnonzero(many[:, 2] * max(b * c, c * a, a * b) < stretch)[: len(cube)]
     turn = rotation_matrix(e.rotation)
     return apply(turn, sphere[kept] * e.radii) + e.center, apply(turn, normals[kept])
 

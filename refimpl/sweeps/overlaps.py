@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from refimpl.flat.shapes import FlatPoint
 from refimpl.linear import Array
 from refimpl.queries import distance
 from refimpl.results import where
@@ -38,5 +39,6 @@ def common_points(x: Proxy, y: Proxy) -> Array:
 
 def _projected(point: Array, solid: Proxy) -> Array:
     """The nearest point of a solid: a point inside stays."""
-    nearest = distance(Point(point), solid)
+    probe = FlatPoint(point) if solid.dimension == 2 else Point(point)
+    nearest = distance(probe, solid)
     return where(nearest.distance > 0, nearest.on_b, point)
