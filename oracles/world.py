@@ -62,14 +62,15 @@ class World:
         return np.asarray(np.eye(self.axes)[-1])
 
     def cut(self, answers: Answers) -> Answers:
-        """Answers with the vectors of this world; one that leaves the plane is none."""
+        """Answers with the vectors of this world; one that leaves the plane has no end, which none has."""
         if self.axes == SPACE.axes:
             return answers
         found: dict[str, Any] = {}
         for name in VECTORS:
             column = getattr(answers, name)
-            leaves = (column[:, self.axes :] != 0).any(axis=1, keepdims=True)
-            found[name] = np.where(leaves, np.nan, column[:, : self.axes])
+            rest = column[:, self.axes :]
+            whole = np.where(np.isnan(rest), np.nan, column[:, : self.axes])
+            found[name] = np.where((rest != 0) & ~np.isnan(rest), np.inf, whole)
         return replace(answers, **found)
 
     def fill(self, vectors: NDArray[Any]) -> Array:

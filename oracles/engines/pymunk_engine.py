@@ -27,6 +27,7 @@ from typing import Any, ClassVar
 
 from oracles.engine import (
     NATIVE,
+    NOWHERE,
     AnswerRow,
     Engine,
     EngineUnavailable,
@@ -165,7 +166,8 @@ def _cast(make: Maker, ray: Row, b: Placed) -> AnswerRow:
     found = make(b).segment_query(start, end)
     if found is None:
         return answer_row(hit=0.0, t=math.inf)
-    return answer_row(hit=1.0, t=found.alpha * reach, point=(*found.point, 0.0), normal=(*found.normal, 0.0))
+    normal = (*found.normal, 0.0) if found.alpha > 0 else NOWHERE  # that of a start inside is none of the contract's
+    return answer_row(hit=1.0, t=found.alpha * reach, point=(*found.point, 0.0), normal=normal)
 
 
 ASK: dict[str, Callable[[Maker, Placed, Placed], AnswerRow]] = {BOOLEAN: _boolean, CONTACTS: _contacts}

@@ -43,7 +43,8 @@ print("hit =", float(found is not None))
 print("t =", repr(float("inf") if found is None else found.alpha * {reach!r}))
 if found is not None:
     print("point =", [*found.point, 0.0])
-    print("normal =", [*found.normal, 0.0])
+    if found.alpha > 0:
+        print("normal =", [*found.normal, 0.0])
 """
 
 
