@@ -8,17 +8,18 @@ from refimpl.algorithms.rays import Entry, _outward, _round_span
 from refimpl.flat.difference import outline_of, point_outline, radius_of
 from refimpl.flat.outlines import Outline
 from refimpl.flat.polygon import ConvexPolygon
-from refimpl.flat.polygons import separate
+from refimpl.flat.polygons import SLACK, separate
 from refimpl.flat.shapes import FlatRay, Segment
-from refimpl.linear import Array, dot, scale, unit_or
+from refimpl.linear import Array, dot, largest, scale, unit_or
 
 
-def cast(origin: Array, direction: Array, outline: Outline, radius: Array) -> Entry:
+def cast(gap: Array, origin: Array, direction: Array, outline: Outline, radius: Array) -> Entry:
     """First time of rays (n, 2) in widened outlines with one batch axis, and the outward unit normal there.
 
-    A time is that of a side, moved outwards by the radius, or of a disc around a corner: whichever comes first.
+    A time is that of a side, moved outwards by the radius, or of a disc around a corner: whichever comes first. It is 0
+    where the `gap` at the start is none.
     """
-    start = separate(point_outline(origin), outline).distance <= radius
+    start = gap <= 0
     sharp, sharp_normal = _through(origin, direction, outline)
     if not np.any(radius > 0):
         return np.where(start, 0.0, sharp), sharp_normal
@@ -74,11 +75,35 @@ def _around(origin: Array, direction: Array, outline: Outline, radius: Array) ->
 
 def ray_segment(ray: FlatRay, s: Segment) -> Entry:
     """First time of a ray in a segment: its sides, moved outwards by the radius, and discs at its ends. Closed form."""
-    t, normal = cast(ray.origin, ray.direction, outline_of(s), radius_of(s))
-    return t, _outward(normal, ray)
+    return _decided(ray, s, outline_of(s), radius_of(s))
 
 
 def ray_convexpolygon(ray: FlatRay, b: ConvexPolygon) -> Entry:
     """First time of a ray in a convex polygon: the last side that faces it. Finite."""
-    t, normal = cast(ray.origin, ray.direction, b.outline, np.zeros(len(b)))
-    return t, _outward(normal, ray)
+    return _decided(ray, b, b.outline, np.zeros(len(b)))
+
+
+def _decided(ray: FlatRay, shape: Segment | ConvexPolygon, outline: Outline, radius: Array) -> Entry:
+    """First times and normals; where a ray starts at a side, or passes a corner, rational numbers tell on which side."""
+    from refimpl.proof.rays import Hit, Miss  # noqa: PLC0415  only what is grazed needs it
+    from refimpl.proof.times import direction_of, first_hit  # noqa: PLC0415
+
+    gap = separate(point_outline(ray.origin), outline).distance - radius
+    t, normal = cast(gap, ray.origin, ray.direction, outline, radius)
+    t, normal = np.array(t), np.array(_outward(normal, ray))
+    slack = SLACK * np.maximum(largest(ray.origin), np.max(largest(outline.corners), axis=1))
+    doubtful = (np.abs(gap) <= slack) | ((gap > 0) & (np.abs(_room(ray, outline)) <= slack))
+    for i in np.flatnonzero(doubtful & (radius == 0)):
+        found = first_hit(ray[i], shape[i])[0]
+        t[i] = np.inf if isinstance(found, Miss) else float(found.high)
+        if isinstance(found, Hit) and found.high > 0:
+            inwards = np.array([float(c) for c in direction_of(found.normal(found.high))[:2]])
+            normal[i] = unit_or(-inwards, normal[i])[0]
+    return t, normal
+
+
+def _room(ray: FlatRay, outline: Outline) -> Array:
+    """How far the line of a ray comes in from the outermost corners; negative where all are on one side of it."""
+    offset, way = outline.corners - ray.origin[:, None, :], unit_or(ray.direction, ray.direction)[0][:, None, :]
+    aside = way[..., 0] * offset[..., 1] - way[..., 1] * offset[..., 0]
+    return np.minimum(-np.min(aside, axis=1), np.max(aside, axis=1))

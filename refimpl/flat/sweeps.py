@@ -46,7 +46,8 @@ def _in_doubles(x: Any, y: Any, way: Array) -> tuple[SweepHit, Bools]:
     of_x, of_y = outline_of(x), outline_of(y)
     outline, radius = difference(of_x, of_y).outline, radius_of(x) + radius_of(y)
     moving = np.any(way != 0, axis=-1)
-    t, normal = cast(np.zeros_like(way), where(moving, way, np.ones_like(way)), outline, radius)
+    gap = separate(of_x, of_y).distance - radius
+    t, normal = cast(gap, np.zeros_like(way), where(moving, way, np.ones_like(way)), outline, radius)
     size = np.maximum(np.maximum(x.magnitude, y.magnitude), largest(way))
     closing = np.where(np.isfinite(t), np.abs(dot(normal, way)), 0.0)
     ends = moving & np.isfinite(t) & (np.abs(np.minimum(t, 2.0) - 1) * closing <= DOUBT * size)

@@ -91,7 +91,7 @@ def decided(found: SweepHit, doubtful: Bools, x: Proxy, y: Proxy, motion_x: Moti
         if proof.lower > 1:
             hit[i], t[i], point[i], normal[i] = False, np.inf, np.nan, np.nan
         elif proof.upper <= 1:
-            t[i] = float(proof.upper)
+            hit[i], t[i] = True, float(proof.upper)
             point[i], normal[i] = _touching(x[i], y[i], motion_x[i], motion_y[i], t[i])
     return SweepHit(hit, t, point, normal, early)
 
