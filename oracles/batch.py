@@ -15,6 +15,7 @@ from oracles.course import Course
 from oracles.draws import NumpyDraws
 from oracles.impact_regimes import IMPACT_REGIMES, ImpactRegime
 from oracles.impact_stages import TARGETS
+from oracles.keeping import rows_of
 from oracles.motion import Motion
 from oracles.placements import Draft
 from oracles.regimes import COMBINED, REGIMES, Regime, is_drawn
@@ -134,10 +135,12 @@ class Batch:
             )
         return isinstance(self.a, Ray) == (query == RAYCAST)
 
-    @property
+    @cached_property
     def rows(self) -> tuple[Array, Array]:
-        """Numbers of both sides."""
-        return packed_rows(self.a, self.b, self.motion)
+        """Numbers of both sides; those of the motion stand behind A's."""
+        if self.motion is not None:
+            return packed_rows(self.a, self.b, self.motion)
+        return rows_of(self.a), rows_of(self.b)
 
     @cached_property
     def sizes(self) -> Array:

@@ -17,7 +17,7 @@ from typing import Protocol
 
 from oracles import closing, opening, plan
 from oracles.batch import PairKey
-from oracles.bench import Setup, Workshop, close_workshop
+from oracles.bench import MANY_EXAMPLES, Setup, Workshop, close_workshop
 from oracles.buckets import Buckets
 from oracles.clock import timed
 from oracles.executors import Here, room
@@ -100,6 +100,7 @@ class Campaign:
         self._do(plan.replays(self.filing.buckets.ledger, self.run.engines, self.pairs), until=late)
         self._do(plan.first_pass(self.pairs, self.run.seed), until=late)
         self._do(plan.crowds(self.run.engines, self.pairs), until=late)
+        self._do(plan.surveys(self.run.engines, self.pairs), until=late)
         if not self.passes and self.elapsed > budget + PATIENCE:
             self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
         hunted = (1 - BOILING) * budget
@@ -225,6 +226,7 @@ def run_campaign(
     call_limit: float = 0.5,
     ledger: Ledger | None = None,
     models: str | None = None,
+    examples: int = MANY_EXAMPLES,
     executor: Executor | None = None,
     enough: Callable[[Run], bool] | None = None,
     folder: Path | None = None,
@@ -251,6 +253,8 @@ def run_campaign(
         What is known of the engines' faults; by default what is shipped.
     models
         Folder from which the regime `models` takes its geometry; by default what PyBullet ships.
+    examples
+        Scenes that each attack of Hypothesis generates.
     executor
         What does the tasks: anything of `concurrent.futures`, by default this process. It is shut down.
     enough
@@ -274,7 +278,7 @@ def run_campaign(
     """
     executor = executor or Here()
     try:
-        shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models))
+        shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models, examples))
         wanted = opening.wanted_pairs(pairs, [bench.engine for bench in shop.benches])
         run = opening.run_of(shop, wanted, budget)
         run.passes = passes

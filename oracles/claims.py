@@ -19,7 +19,8 @@ from oracles.engine import Answers, Convention
 from oracles.reference import UNIONS, allows, error_of, kept, proven, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Scene
 from oracles.world import PLANE, World, world_of
-from refimpl import KDOP, Box, Composite, Cylinder, HalfSpace, Point, Proxy, Ray, distance
+from refimpl import KDOP, Box, Cylinder, HalfSpace, Point, Proxy, Ray, distance
+from refimpl.atoms import portions
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
 from refimpl.proof import Certificate, SweepCertificate
 from refimpl.proof.claims import Bound
@@ -436,16 +437,16 @@ class Questioned:
 
 def is_fragile(shape: Proxy) -> bool:
     """Whether rounding a move may turn or bend a shape, or a part of it."""
-    return any(map(is_fragile, shape.parts)) if isinstance(shape, Composite) else isinstance(shape, FRAGILE)
+    return any(isinstance(part, FRAGILE) for part in portions(shape))
 
 
 def leverage(shape: Proxy) -> Array | float:
     """By how much the rounding of a move grows: rounding the ends of a flat disc's axis turns the disc."""
-    if isinstance(shape, Composite):
-        return np.asarray(np.max([np.broadcast_to(leverage(part), len(shape)) for part in shape.parts], axis=0))
-    if isinstance(shape, Cylinder):
-        return 1.0 + shape.radius / norm(shape.q - shape.p)
-    return 1.0
+    found: Array | float = 1.0
+    for part in portions(shape):
+        if isinstance(part, Cylinder):
+            found = np.maximum(found, 1.0 + part.radius / norm(part.q - part.p))
+    return found
 
 
 def _rounding(u: Array, v: Array) -> Array:

@@ -51,6 +51,7 @@ class Filing:
         run.hunters.update(outcome.hunters)
         run.relations.update(outcome.relations)
         run.crowds += outcome.crowds
+        run.surveys += outcome.surveys
         run.problems += [problem for problem in outcome.problems if problem not in run.problems]
         run.incidents += outcome.incidents
         self.lacking |= outcome.lacking

@@ -86,6 +86,7 @@ def store_of(
         "pairs": [f"{a.__name__}-{b.__name__}" for a, b in pairs],
         "call limit": shop.setup.call_limit,
         "models": shop.setup.models,
+        "examples": shop.setup.examples,
     }
     if resume:
         return Store.go_on(folder, manifest)

@@ -17,6 +17,7 @@ from refimpl.proof.impacts import ImpactCertificate
 if TYPE_CHECKING:
     from oracles.crowds.judging import CrowdCount
     from oracles.sheets import Sheet
+    from oracles.surveys.judging import SurveyCount
 
 
 ID_DIGITS = 12
@@ -283,6 +284,8 @@ class Outcome:
     digest: str = ""
     crowds: list[CrowdCount] = field(default_factory=list)
     """What became of crowds before an engine's broad phase; not part of a record."""
+    surveys: list[SurveyCount] = field(default_factory=list)
+    """What became of the questions of a survey; not part of a record."""
     sheets: list[Sheet] = field(default_factory=list)
     """Each answer; no longer there once it is in the record."""
 
@@ -337,6 +340,8 @@ class Run:
     accuracy: Accuracy = field(default_factory=Accuracy)
     crowds: list[CrowdCount] = field(default_factory=list)
     """What became of crowds before the engines' broad phases, by engine and regime."""
+    surveys: list[SurveyCount] = field(default_factory=list)
+    """What became of surveys, by subject, engine, question and regime."""
     passes: int | None = None
     """So many passes over all cells were asked for, in place of the budget."""
     interrupted: bool = False
@@ -372,7 +377,7 @@ class Run:
     @property
     def reference_wrong(self) -> bool:
         """Whether a proof spoke against `refimpl` itself."""
-        return any(bucket.against_reference for bucket in self.buckets)
+        return any(x.against_reference for x in self.buckets) or any(x.against_reference for x in self.surveys)
 
     @property
     def unsettled(self) -> Counter[State]:

@@ -1,9 +1,9 @@
 """The plan of a campaign: which tasks, in which order. It depends on nothing but the options and the seed.
 
 First the ledger's witnesses are asked again, so that what is known does not hang on luck. Then the bulk hunter puts
-scenes of every regime before every cell of every engine, and crowds come before every broad phase. Then larger passes
-of it take turns with Hypothesis and with relations, a few tasks each, so that however soon the time is used up, all
-have had their share.
+scenes of every regime before every cell of every engine, crowds come before every broad phase, and surveys before the
+libraries that answer other things than pairs. Then larger passes of it take turns with Hypothesis and with relations, a
+few tasks each, so that however soon the time is used up, all have had their share.
 """
 
 from __future__ import annotations
@@ -14,10 +14,12 @@ from itertools import count
 import numpy as np
 
 from oracles.batch import PairKey
+from oracles.engines import SHIPPED
 from oracles.ledger import Ledger
 from oracles.ledger.replay import to_replay
 from oracles.scene import Cell
-from oracles.tasks import BulkTask, CrowdTask, HuntTask, RelateTask, ReplayTask, Task
+from oracles.surveys import SURVEYS, load_survey
+from oracles.tasks import BulkTask, CrowdTask, HuntTask, RelateTask, ReplayTask, SurveyTask, Task
 from oracles.world import SPACE, is_flat
 
 FIRST_PASS, LARGEST_PASS = 1, 100
@@ -44,6 +46,18 @@ def first_pass(pairs: Sequence[PairKey], seed: int) -> Iterator[Task]:
 def crowds(engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
     """Crowds before each engine's broad phase, where all pairs of space are asked: a crowd is of no pair."""
     return iter([CrowdTask(engine) for engine in engines] if set(SPACE.table) <= set(pairs) else [])
+
+
+def surveys(engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
+    """Surveys of other libraries, where all pairs and any of the shipped engines are asked.
+
+    An engine that answers surveys and pairs is surveyed where it is asked about pairs. A run that is about nothing but
+    an engine of the user's own asks nobody else.
+    """
+    if set(SPACE.table) <= set(pairs) and any(engine in SHIPPED for engine in engines):
+        for name in SURVEYS:
+            others = (one for one in load_survey(name).engines if one not in SHIPPED or one in engines)
+            yield from (SurveyTask(name, engine) for engine in others)
 
 
 def later_passes(

@@ -131,11 +131,12 @@ class _Known:
 
 
 def _recalled(x: Proxy, y: Proxy) -> tuple[Array, Array]:
-    kinds, packed = (type(x), type(y)), (x.pack(), y.pack())
-    keys = [(*kinds, a.tobytes(), b.tobytes()) for a, b in zip(*packed, strict=True)]
+    (form_x, rows_x), (form_y, rows_y) = x.identity(), y.identity()
+    kinds = type(x), type(y), form_x, form_y
+    keys = [(*kinds, a.tobytes(), b.tobytes()) for a, b in zip(rows_x, rows_y, strict=True)]
     new = [i for i, key in enumerate(keys) if key not in _remembered]
     if new:
-        found = _asked(x[new], y[new])
+        found = _asked(x, y) if len(new) == len(keys) else _asked(x[new], y[new])
         for i, low, high in zip(new, *(side.tolist() for side in found), strict=True):
             _remembered[keys[i]] = low, high
     low, high = np.array([_remembered[key] for key in keys]).T

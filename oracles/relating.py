@@ -11,7 +11,7 @@ from oracles.clock import timed
 from oracles.outcome import Outcome
 from oracles.reference import is_quick
 from oracles.relations import RELATIONS, relate
-from oracles.scene import IMPACT, PAIRS, cells_of
+from oracles.scene import IMPACT, PAIRS, SWEEP, cells_of
 
 EACH = 2
 """Scenes of each regime."""
@@ -32,6 +32,8 @@ def relating(bench: Bench, pair: PairKey, number: int, seed: int) -> Outcome:
         batches = Batch.draw(pair, seed, shard, EACH if is_quick(*pair) else 1) if cells else []
         if any(cell.query == IMPACT for cell in cells):
             batches += Batch.draw_impacts(pair, seed, shard, 1)
+        if any(cell.query == SWEEP for cell in cells):
+            batches += Batch.draw_sweeps(pair, seed, shard, 1)
     with timed("relations"):
         for batch in batches:
             for cell in (cell for cell in cells if batch.is_of(cell.query)):

@@ -11,6 +11,7 @@ from oracles.adapters import effective_of
 from oracles.claims import LENGTH, UNIT_ERROR, Questioned
 from oracles.course import Course
 from oracles.engine import Answers, Bound, Convention, Effective, Engine, Status
+from oracles.keeping import rows_of
 from oracles.reference import error_of, kept_shape
 from oracles.scene import Cell, Scene
 from oracles.sweep_claims import SweptRows
@@ -56,7 +57,7 @@ class Rules:
 
     def effectively(self, cell: Cell, rows: Questioned) -> Questioned:
         """The same on the shapes that the engine effectively uses: the very ones given, where these are the same."""
-        given, numbers = (rows.a, rows.b), (rows.a.pack(), rows.b.pack())
+        given, numbers = (rows.a, rows.b), (rows_of(rows.a), rows_of(rows.b))
         used = effective_of(self.engine, cell, *numbers)
         a, b = (_shape(one, shape, row) for one, shape, row in zip(used, given, numbers, strict=True))
         return replace(rows, a=a, b=b, margin_a=used[0].margin, margin_b=used[1].margin)
@@ -67,7 +68,7 @@ class Rules:
             return np.zeros(len(rows.a), dtype=bool)
         allowed = self.allowed(cell, "value", rows.size)
         point, world = rows.hit_point(), rows.world
-        start = world.point(rows.a.pack()[:, : world.axes])
+        start = world.point(rows_of(rows.a)[:, : world.axes])
         inside = distance(start, rows.b).distance <= allowed
         surface = np.abs(distance(point, rows.b).distance) <= allowed + error_of(point, rows.b) * rows.size
         return np.asarray(inside & ((rows.answers.hit == 0) | surface))

@@ -111,7 +111,7 @@ class Scene:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data from which `from_json` rebuilds the scene to the bit."""
-        shapes = [{"type": type(s).__name__, "numbers": s.pack().tolist()} for s in (self.a, self.b)]
+        shapes = [shape_to_json(s) for s in (self.a, self.b)]
         return {
             "query": self.query,
             "a": shapes[0],
@@ -126,7 +126,7 @@ class Scene:
         """Rebuild a scene; raises `ValueError` for data that is none."""
         try:
             query, regime, source = (str(data[k])[:200] for k in ("query", "regime", "source"))
-            a, b = (_shape_from_json(data[k]) for k in ("a", "b"))
+            a, b = (shape_from_json(data[k]) for k in ("a", "b"))
             motion = READ_MOTION[query](data["motion"]) if query in MOVING else None
         except (KeyError, TypeError) as error:
             raise ValueError(f"not a scene: {error}") from None
@@ -153,7 +153,13 @@ def packed_rows(a: Proxy, b: Proxy, motion: Motion | Course | None) -> tuple[Arr
     return first, b.pack()
 
 
-def _shape_from_json(data: Any) -> Proxy:
+def shape_to_json(shape: Proxy) -> dict[str, Any]:
+    """Plain data from which `shape_from_json` rebuilds a proxy to the bit."""
+    return {"type": type(shape).__name__, "numbers": shape.pack().tolist()}
+
+
+def shape_from_json(data: Any) -> Proxy:
+    """Rebuild a proxy; raises `ValueError`, or what indexing other data raises, for data that is none."""
     kind = TYPES.get(data["type"])
     if kind is None:
         raise ValueError(f"not a scene: unknown type {data['type']!r}; known are {', '.join(TYPES)}")

@@ -30,6 +30,7 @@ from oracles.outcome import Finding, Kind, Outcome, Verdict
 from oracles.relating import relating
 from oracles.scene import Cell
 from oracles.shrink import shrink_all
+from oracles.surveys import judging as surveys
 
 CROWD = 40
 """Bodies of a crowd."""
@@ -88,7 +89,9 @@ class HuntTask(Task):
 
     def do(self, shop: Workshop) -> Outcome:
         """Search, shrink and prove."""
-        return hunting(shop.bench(self.engine), self.cell, seed=shop.setup.seed + self.number)
+        setup = shop.setup
+        bench = shop.bench(self.engine)
+        return hunting(bench, self.cell, seed=setup.seed + self.number, examples=setup.examples)
 
 
 @dataclass(frozen=True)
@@ -186,6 +189,27 @@ class CrowdTask(Task):
             found = question(bench.spec, bench.name, solver, crowds(shop.setup.seed, CROWD))
         digest = sha256(repr([count.counted() for count in found]).encode()).hexdigest()
         return Outcome(crowds=found, digest=digest)
+
+
+@dataclass(frozen=True)
+class SurveyTask(Task):
+    """All questions of a survey before one of its engines."""
+
+    recorded = False
+    survey: str
+    engine: str
+
+    @property
+    def name(self) -> str:
+        """Survey and engine."""
+        return f"survey-{self.survey}-{self.engine}"
+
+    def do(self, shop: Workshop) -> Outcome:
+        """Ask, judge, and show what is wrong."""
+        with timed(f"survey {self.survey}"):
+            found = surveys.question(self.survey, self.engine, shop.setup.seed)
+        digest = sha256(repr([count.counted() for count in found]).encode()).hexdigest()
+        return Outcome(surveys=found, digest=digest)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
-from reports import broad_phase, findings, ledger, matrix, tables, text
+from reports import broad_phase, findings, ledger, matrix, surveys, tables, text
 from reports.findings import BucketView
 from reports.relations import relation_table
 from reports.tables import Table
@@ -40,6 +40,7 @@ WORDS = (
     ("skipped", "not asked: the engine had run out of time on too many scenes of the cell and regime"),
     ("bucket", "findings with one cause, as far as can be told; its scene is the simplest found"),
     ("crowd", "many bodies together, of which a broad phase names the pairs that may touch"),
+    ("survey", "a subject that is no pair of proxies, with questions, regimes and the libraries that answer them"),
     ("ledger", "the list of known faults with their causes, and of witnesses, which each run asks again first"),
     ("NEW", "a bucket that no entry of the ledger explains"),
     ("expected", "a bucket that an entry explains; an entry whose witnesses fail as before, or that explains findings"),
@@ -86,6 +87,7 @@ class Content:
     coverage: tuple[Table, ...]
     relations: Table
     broad_phase: tuple[Table, ...]
+    surveys: tuple[surveys.Section, ...]
     support: Table
     timing: Table
 
@@ -113,6 +115,7 @@ def content(run: Run) -> Content:
         coverage=tables.coverage(run),
         relations=relation_table(run),
         broad_phase=broad_phase.shown(run),
+        surveys=surveys.shown(run),
         support=matrix.support_notes(run),
         timing=tables.timing(run),
     )

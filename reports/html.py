@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from oracles.outcome import Run
 from oracles.scene import QUERIES
 from refimpl.pairs import PROBES, SOLIDS
-from reports import cells, ledger, overview, tables, text, viewer
+from reports import cells, ledger, overview, surveys, tables, text, viewer
 from reports.accuracy import NOTE, accuracy
 from reports.broad_phase import WHAT
 from reports.content import TITLE, WORDS, content
@@ -43,6 +43,7 @@ def render(run: Run) -> str:
         accuracy=accuracy(run),
         accuracy_note=NOTE,
         broad_phase_note=WHAT,
+        surveys_note=surveys.WHAT,
         plots=plots(run),
         engines=named,
         types=[kind.__name__ for kind in (*PROBES, *SOLIDS)],

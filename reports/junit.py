@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 from oracles.outcome import COMPARED, FINDINGS, Bucket, EntryNote, Kind, Run, State
 from reports import text
 from reports.findings import BucketView
+from reports.surveys import said
 from reports.tables import UNSUPPORTED, CellKey, grouped, state_of, total
 
 LONGEST = 20_000
@@ -47,6 +48,7 @@ def render(run: Run, views: Sequence[BucketView]) -> str:
     """Return the run as JUnit XML."""
     suites = [("proxyproof", [_whole(run)])]
     suites += [(engine, list(_cells(run, views, engine))) for engine in run.engines]
+    suites += [(f"survey.{name}", list(_survey(run, name))) for name in dict.fromkeys(c.survey for c in run.surveys)]
     suites += [(f"{engine}.ledger", [_entry(n) for n in run.ledger if n.engine == engine]) for engine in run.engines]
     every = _counts([case for _, cases in suites for case in cases])
     root = ElementTree.Element("testsuites", {"name": "proxyproof", "time": f"{run.seconds:.3f}", **every})
@@ -129,6 +131,24 @@ def _cell(group: str, pair: str, verdicts: Counter[Kind], told: list[tuple[Bucke
         return Case(group, pair, ERROR, "nothing compared", "the cell is supported, and nothing was compared")
     _, worst, rest = state_of(verdicts)
     return Case(group, pair, details="\n".join(filter(None, ["; ".join([worst, *rest]), details])))
+
+
+def _survey(run: Run, name: str) -> Iterable[Case]:
+    """A case for each engine and question of a survey."""
+    mine = [count for count in run.surveys if count.survey == name]
+    for engine, question in dict.fromkeys((count.engine, count.question) for count in mine):
+        counts = [count for count in mine if (count.engine, count.question) == (engine, question)]
+        group, case = f"survey.{name}.{engine}", question or "asked"
+        failed, absent = [count for count in counts if count.failed], counts[0].absent
+        details = "\n".join(line for count in counts if count.witness for line in said(count.witness))
+        if failed:
+            message = "; ".join(f"{c.regime}: {c.wrong} wrong and {c.lost} lost of {c.asked}" for c in failed)
+            against = any(count.against_reference for count in failed)
+            yield Case(group, case, ERROR if against else FAILURE, "wrong", message, details)
+        elif absent:
+            yield Case(group, case, SKIPPED, "not installed", absent)
+        else:
+            yield Case(group, case, details=details)
 
 
 def _entry(note: EntryNote) -> Case:

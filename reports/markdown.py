@@ -19,6 +19,7 @@ from reports.content import TITLE, WORDS, Content, content
 from reports.cutting import Part, fitting, put_together
 from reports.findings import BucketView
 from reports.proofs import Proof
+from reports.surveys import WHAT as SURVEYS
 from reports.tables import LEGEND, Column, Entry, Table
 
 LIMIT = 1_000_000
@@ -142,10 +143,24 @@ def _parts(report: Content, errors: Sequence[Table], *, beside: bool) -> Iterato
         yield section(
             "Broad phase", NOTES, "broad phases", *lead, f"{escape(crowds.caption)}:", "", *table_lines(crowds)
         )
+    yield from _surveys(report)
     support = table_lines(report.support) if report.support.rows else ["Every cell is native in every engine."]
     yield section("Support", NOTES, "support", *support)
     yield section("Time", NOTES, "time", *table_lines(report.timing))
     yield section("Words", NOTES, "words", *_facts(WORDS))
+
+
+def _surveys(report: Content) -> Iterator[Part]:
+    """Each subject with its tables, the first of them at a glance and the others to be unfolded."""
+    if report.surveys:
+        yield Part((escape(SURVEYS), ""), NOTES, ("## Surveys",), name="surveys")
+    for part in report.surveys:
+        headings = ("## Surveys", f"### {escape(part.title)}")
+        first, *others = part.tables
+        lines = (escape(part.about), "", f"{escape(first.caption)}:", "", *table_lines(first), "")
+        yield Part(lines, NOTES, headings, name="surveys")
+        for table in others:
+            yield Part(tuple(folded(table.caption, table_lines(table))), NOTES, headings, name="surveys")
 
 
 def _accuracy(tables: Sequence[Table]) -> Iterator[Part]:

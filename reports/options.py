@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from oracles.library import Library
 
 LARGEST_SEED = 2**63 - 1
-MOST_WORKERS, MOST_PASSES = 1024, 1_000_000
+MOST_WORKERS, MOST_PASSES, MOST_EXAMPLES = 1024, 1_000_000, 1_000_000
 
 
 class BadInput(Exception):

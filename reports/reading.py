@@ -18,6 +18,7 @@ from oracles.scene import Scene
 from reports.accuracy_data import accuracy_from
 from reports.broad_phase_data import crowd_from
 from reports.summary import FORMAT
+from reports.surveys_data import survey_from
 
 REPORT = "report.json"
 LARGEST = 1 << 28
@@ -98,6 +99,7 @@ def run_from_data(data: dict[str, Any]) -> Run:
             run.support[engine, query, pair] = SupportNote(kind, reason)
         run.accuracy = accuracy_from(data["accuracy"])
         run.crowds = [crowd_from(item) for item in data.get("crowds", [])]
+        run.surveys = [survey_from(item) for item in data.get("surveys", [])]
         run.ledger = [_entry_note(item) for item in data["ledger"]]
     except DAMAGE as error:
         raise NoReport(f"the report is damaged: {in_words(error)}") from None

@@ -17,6 +17,7 @@ from reports import text
 from reports.accuracy_data import accuracy_data
 from reports.broad_phase_data import crowd_data
 from reports.findings import repro_file
+from reports.surveys_data import survey_data
 
 FORMAT = "proxyproof-report-1"
 SCHEMA = "report.schema.json"
@@ -57,7 +58,8 @@ def report_data(run: Run) -> dict[str, Any]:
         "ledger": [dict(vars(note)) for note in run.ledger],
     }
     buckets = [_bucket(number, bucket) for number, bucket in enumerate(run.buckets, 1)]
-    return {**text.plain(data), "buckets": buckets}
+    surveys = text.plain([survey_data(count) for count in run.surveys], UNCUT)
+    return {**text.plain(data), "surveys": surveys, "buckets": buckets}
 
 
 def report_json(run: Run) -> str:

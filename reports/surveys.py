@@ -1,0 +1,137 @@
+"""Surveys in a report: what engines were asked that is no question about a pair, and what they answered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from oracles.outcome import Run
+from oracles.surveys import load_survey
+from oracles.surveys.judging import Shown, SurveyCount
+from reports import text
+from reports.tables import Column, Entry, Table
+
+WHAT = (
+    "Other libraries and this one, asked about things that are no pair of proxies; each answer is judged by a proof or "
+    "by the exact truth. A fault of a library that its adapter names, with its reason, is counted apart and does not "
+    "fail the run."
+)
+COLUMNS: tuple[tuple[str, str], ...] = (
+    ("asked", "asked"),
+    ("right", "right"),
+    ("undecided", "undecided"),
+    ("by a known fault", "known"),
+    ("wrong", "wrong"),
+    ("lost", "lost"),
+)
+LONGEST = 2000
+"""Characters of a case that a report shows; `report.json` has it whole."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """One subject: its heading, what it is about, and its tables."""
+
+    name: str
+    title: str
+    about: str
+    tables: tuple[Table, ...]
+
+
+def shown(run: Run) -> tuple[Section, ...]:
+    """A section for each subject that was asked about."""
+    return tuple(_section(run, name) for name in dict.fromkeys(count.survey for count in run.surveys))
+
+
+def failures(run: Run) -> list[SurveyCount]:
+    """Where an engine is not as it promises."""
+    return [count for count in run.surveys if count.failed]
+
+
+def _section(run: Run, name: str) -> Section:
+    survey, counts = load_survey(name), [count for count in run.surveys if count.survey == name]
+    found = _witnesses(counts)
+    tables = (_matrix(counts), _counted(counts), *([found] if found.rows else []))
+    return Section(name, survey.title, survey.about, tables)
+
+
+def _matrix(counts: Sequence[SurveyCount]) -> Table:
+    """Questions and regimes by engines."""
+    survey = load_survey(counts[0].survey)
+    engines = list(dict.fromkeys(count.engine for count in counts))
+    found = {(count.question, count.regime, count.engine): count for count in counts}
+    rows = []
+    for question, regime in dict.fromkeys((c.question, c.regime) for c in counts if not c.absent):
+        states = (_state(found.get((question, regime, engine))) for engine in engines)
+        first = Entry(text.visible(question), title=survey.questions.get(question, ""))
+        rows.append((first, Entry(text.visible(regime), title=survey.regimes.get(regime, "")), *states))
+    columns = (Column("question"), Column("regime"), *(Column(text.visible(engine)) for engine in engines))
+    return Table(f"{survey.title}: answers by question, regime and engine", columns, tuple(rows))
+
+
+def _state(count: SurveyCount | None) -> Entry:
+    if count is None:
+        return Entry("not asked", state="none")
+    asked, worst = text.count(count.asked), f"off by {text.short(count.worst)} at most" if count.worst else ""
+    known = f"{text.count(count.known)} by a known fault" if count.known else ""
+    if count.lost:
+        said = f"✗ {text.count(count.lost)} of {asked} lost"
+        return Entry(said, "; ".join(map(text.visible, count.errors)), "crashed")
+    if count.wrong:
+        return Entry(f"✗ {text.count(count.wrong)} of {asked} wrong", "; ".join(filter(None, (worst, known))), "wrong")
+    if count.known:
+        return Entry(f"≈ {asked}", known, "convention", title="; ".join(map(text.visible, count.excuses)))
+    if count.undecided:
+        return Entry(f"? {text.count(count.undecided)} of {asked} undecided", worst, "undecided")
+    return Entry(f"✓ {asked}", worst, "ok")
+
+
+def _counted(counts: Sequence[SurveyCount]) -> Table:
+    """Everything that was counted: a row for each engine and question."""
+    survey = load_survey(counts[0].survey)
+    rows = []
+    for engine, question in dict.fromkeys((count.engine, count.question) for count in counts):
+        mine = [count for count in counts if (count.engine, count.question) == (engine, question)]
+        sums = [(name, sum(getattr(count, name) for count in mine)) for _, name in COLUMNS]
+        entries = [Entry(text.count(n), state="wrong" if n and name in ("wrong", "lost") else "") for name, n in sums]
+        worst, tolerance = (max(getattr(count, name) for count in mine) for name in ("worst", "tolerance"))
+        words = mine[0].absent or f"{survey.questions.get(question, '')}. {mine[0].calls}: {mine[0].promise}"
+        amounts = Entry(text.short(worst)), Entry(text.short(tolerance))
+        which = " · ".join(filter(None, (text.visible(engine), text.visible(question))))
+        rows.append((Entry(which), *entries, *amounts, Entry(text.visible(words, 1000))))
+    numbers = (*(title for title, _ in COLUMNS), "worst amount", "largest tolerance")
+    columns = (
+        Column("engine · question"),
+        *(Column(title, True) for title in numbers),
+        Column("asked by, held to"),
+    )
+    return Table(f"{survey.title}: everything that was counted", columns, tuple(rows))
+
+
+def _witnesses(counts: Sequence[SurveyCount]) -> Table:
+    """Of each engine and question with anything wrong or lost, the smallest case that shows it."""
+    survey = load_survey(counts[0].survey)
+    rows = []
+    for count in counts:
+        found = count.witness
+        if found is not None:
+            which = Entry(f"{text.visible(count.engine)} · {text.visible(count.question)}")
+            states = {"wrong": "wrong", "known": "convention", "lost": "crashed"}
+            kind = Entry(found.kind, state=states[found.kind])
+            case = Entry(text.visible(survey.written(found.case), LONGEST))
+            rows.append((which, kind, Entry(text.visible("; ".join(said(found)), LONGEST)), case))
+    columns = (Column("engine · question"), Column("what"), Column("proven"), Column("case"))
+    return Table(f"{survey.title}: of each question, the smallest case found", columns, tuple(rows))
+
+
+def said(found: Shown) -> Iterator[str]:
+    """What the engine said of a witness, and what is proven of that."""
+    if found.judgement is None:
+        yield found.said.lost
+    else:
+        yield f"the answer {text.full(found.said.answer, 300)}"
+        yield found.judgement.words
+        if found.tolerance:
+            yield f"off by {text.short(found.judgement.amount)} at least, allowed are {text.short(found.tolerance)}"
+    if found.known:
+        yield found.known

@@ -1,0 +1,167 @@
+"""Surveys: engines that answer other things than pairs are asked apart, judged, counted and shown; nothing is lost."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+import jsonschema
+import pytest
+
+from oracles import plan, surveys
+from oracles.bench import Setup, Workshop
+from oracles.buckets import Buckets
+from oracles.filing import Filing
+from oracles.isolation.children import Said, ask_apart
+from oracles.ledger import Ledger
+from oracles.outcome import Run
+from oracles.surveys.judging import SurveyCount, judged
+from oracles.surveys.survey import Case, SurveyEngine
+from oracles.tasks import SurveyTask
+from refimpl.pairs import TABLE
+from reports import html, junit, markdown
+from reports.reading import NoReport, run_from_data
+from reports.running import FINISHED, INCOMPLETE, REFERENCE_WRONG, exit_status
+from reports.summary import report_data, report_json, schema
+from tests import surveyed
+from tests.surveyed import Roots
+
+
+@pytest.fixture(autouse=True)
+def _registered(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(surveys, "SURVEYS", {"roots": "tests.surveyed:Roots"})
+    monkeypatch.setattr(plan, "SURVEYS", surveys.SURVEYS)
+
+
+def verdicts(engine: SurveyEngine, name: str = "planted") -> dict[tuple[str, str], SurveyCount]:
+    def asker(cases: Sequence[Case]) -> list[Said]:
+        return [Said(engine.answer(case)) for case in cases]
+
+    survey = Roots()
+    return {(c.question, c.regime): c for c in judged(survey, name, engine, survey.cases(0), asker)}
+
+
+def run_with(counts: dict[tuple[str, str], SurveyCount]) -> Run:
+    return Run(0, 1.0, "2026-01-01T00:00:00+00:00", surveys=list(counts.values()))
+
+
+def test_a_right_engine_is_found_right() -> None:
+    found = verdicts(surveyed.Right())
+    assert set(found) == {(q, r) for q in Roots.questions for r in Roots.regimes}
+    assert all(
+        count.right == count.asked > 0 and not count.failed and count.witness is None for count in found.values()
+    )
+    worst = max(abs(Fraction(math.sqrt(n)) ** 2 - Fraction(n)) / Fraction(n) for n in surveyed.NUMBERS if n > 100)
+    assert found["root", "large"].worst == float(worst) > 0
+
+
+def test_a_wrong_engine_is_counted_and_shown_by_the_simplest_case() -> None:
+    found = verdicts(surveyed.Halves())
+    small, large = found["root", "small"], found["root", "large"]
+    assert (small.asked, small.right, small.wrong) == (5, 2, 3)
+    assert (large.wrong, large.worst) == (2, float(Fraction(1e9) / 4 - 1))
+    assert small.witness is not None
+    assert small.witness.case.data == {"number": 1.0}
+    assert small.witness.judgement is not None
+    assert small.witness.judgement.amount == 0.75
+    assert large.witness is None  # one for each question
+    assert not found["sign", "small"].failed
+
+
+def test_a_known_fault_is_counted_apart() -> None:
+    found = verdicts(surveyed.Excused())
+    count = found["root", "small"]
+    assert (count.known, count.wrong, count.excuses) == (3, 0, ["halves, see the manual"])
+    assert count.witness is not None
+    assert not count.failed
+    assert exit_status(run_with(found)) == FINISHED
+
+
+def test_an_answer_that_is_no_number_is_no_right_answer() -> None:
+    found = verdicts(surveyed.NotANumber())
+    assert found["root", "large"].lost == 2
+    assert found["root", "small"].right == 5
+
+
+def test_a_crash_a_hang_and_nonsense_are_lost_and_nothing_else_is() -> None:
+    cases = Roots().cases(0)[: len(surveyed.NUMBERS)]
+    said = ask_apart(
+        "oracles.surveys.survey:answerer", "tests.surveyed:Fragile", [case.to_json() for case in cases], 0.5
+    )
+    lost = dict(zip(surveyed.NUMBERS, said, strict=True))
+    assert (lost[0.0].answer, lost[2.0].answer) == (0.0, math.sqrt(2))
+    assert "SIGSEGV" in lost[1.0].lost
+    assert lost[4.0].lost == "no answer within 0.5 s"
+    assert lost[10.0].lost == "RuntimeError: no roots of ten"
+    assert (lost[1e9].answer, lost[1e9].lost) == ("a potato", "")  # it is for the judge to say that it is none
+    assert "not JSON serializable" in lost[123456.789].lost
+    with pytest.raises(ValueError, match="potato"):
+        Roots().judge(cases[5], lost[1e9].answer)
+
+
+def test_an_adapter_that_does_not_load_loses_all_and_ends() -> None:
+    found = SurveyTask("roots", "right").do(Workshop(Setup(())))
+    assert all(count.right == count.asked for count in found.surveys)
+    assert [count.absent for count in SurveyTask("roots", "absent").do(Workshop(Setup(()))).surveys] == [
+        "needs the module no_such_module_at_all, which is not installed: pip install nothing"
+    ]
+    said = ask_apart("oracles.surveys.survey:answerer", "tests.surveyed:NoSuchClass", [{}] * 3, 0.5)
+    assert ["NoSuchClass" in one.lost for one in said] == [True] * 3
+    gone = ask_apart("oracles.isolation.no_such_module:answerer", "", [{}] * 9, 0.5)
+    assert [bool(one.lost) for one in gone] == [True] * 9
+
+
+def test_the_plan_asks_surveys_with_shipped_engines_and_all_pairs_only() -> None:
+    pairs = list(TABLE)
+    names = [task.name for task in plan.surveys(["fcl"], pairs)]
+    assert names == [f"survey-roots-{engine}" for engine in Roots.engines]
+    assert not list(plan.surveys(["fcl"], pairs[1:]))
+    assert not list(plan.surveys(["mine"], pairs))
+
+
+def test_reports_show_what_was_found_and_read_it_back() -> None:
+    counts = verdicts(surveyed.Halves())
+    run = run_with(counts)
+    run.surveys.append(SurveyCount("roots", "absent", absent="needs a thing"))
+    data = json.loads(report_json(run))
+    jsonschema.validate(data, json.loads(schema()))
+    again = run_from_data(data)
+    assert report_data(again)["surveys"] == data["surveys"]
+    assert exit_status(run) == exit_status(again) == INCOMPLETE
+    page, lines, cases = html.render(run), markdown.render(run), junit.render(run, [])
+    for said in ("Square roots", "✗ 3 of 5 wrong", "root(1.0)", "needs a thing"):
+        assert said in page
+        assert said in lines.replace("\\", "")
+    assert 'failures="1"' in cases
+    assert "small: 3 wrong and 0 lost of 5; large: 2 wrong and 0 lost of 2" in cases
+
+
+def test_the_reference_is_not_excused() -> None:
+    assert exit_status(run_with(verdicts(surveyed.Halves(), "refimpl"))) == REFERENCE_WRONG
+
+
+def test_a_witness_that_shows_nothing_is_refused() -> None:
+    data = report_data(run_with(verdicts(surveyed.Halves())))
+    witness = next(item["witness"] for item in data["surveys"] if item["witness"])
+    for name, value in (("answer", 1.0), ("answer", "potato"), ("tolerance", 9.0), ("lost", 3)):
+        before, witness[name] = witness[name], value
+        with pytest.raises(NoReport, match="damaged"):
+            run_from_data(data)
+        witness[name] = before
+    witness["case"]["data"] = {"number": "Infinity"}
+    with pytest.raises(NoReport, match="damaged"):
+        run_from_data(data)
+    witness["case"]["data"] = {"number": 1.0}
+    assert run_from_data(data).surveys
+    data["surveys"][0]["survey"] = "os:system"
+    with pytest.raises(NoReport, match="no survey"):
+        run_from_data(data)
+
+
+def test_filing_adds_what_surveys_found() -> None:
+    run = Run(0, 1.0, "")
+    task = SurveyTask("roots", "absent")
+    Filing(run, Buckets(Ledger())).file(task, task.do(Workshop(Setup(()))))
+    assert [count.engine for count in run.surveys] == ["absent"]
