@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from oracles.course import SIDE
 from oracles.engine import (
     NATIVE,
     AnswerRow,
@@ -18,7 +19,7 @@ from oracles.engine import (
     answer_row,
     unsupported,
 )
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, SWEEP
 from refimpl.flat import Disc, FlatPoint, Rectangle
 
 Answer = dict[str, Any]
@@ -27,6 +28,7 @@ SAYS: Mapping[str, frozenset[str]] = {
     CONTACTS: frozenset({"hit", "distance", "on_a", "on_b", "normal"}),
     BOOLEAN: frozenset({"hit"}),
     RAYCAST: frozenset({"hit", "t", "point"}),
+    SWEEP: frozenset({"hit", "t", "point"}),
 }
 
 
@@ -47,6 +49,9 @@ class FlatTextbook(Engine):
             return NATIVE if B is Disc else unsupported("not written")
         return NATIVE if A in (FlatPoint, Disc) and B in (Disc, Rectangle) else unsupported("not written")
 
+    def _sweep_support(self, A: Kind, B: Kind) -> Support:
+        return NATIVE if A is B is Disc else unsupported("not written")
+
     def says(self, query: str, A: Kind, B: Kind) -> frozenset[str]:
         return SAYS[query]
 
@@ -57,6 +62,8 @@ class FlatTextbook(Engine):
         self.require(query, A, B)
         if query == RAYCAST:
             return lambda a, b: self.told(query, ray_disc(a, b))
+        if query == SWEEP:
+            return lambda a, b: self.told(query, swept_discs(a, b))
         solve = disc_rectangle if B is Rectangle else disc_disc
         return lambda a, b: self.told(query, self.spoiled(solve(a, b), a, b))
 
@@ -115,6 +122,22 @@ def ray_disc(a: Row, b: Row) -> Answer:
     return {"hit": 1.0, "t": t, "point": [o + t * d for o, d in zip(origin, way, strict=True)]}
 
 
+def swept_discs(a: Row, b: Row) -> Answer:
+    """A ray of A's centre, as seen from B, against the disc of both radii."""
+    (x, y, r), (u, v), (s, t) = a[:3], a[3:5], a[3 + SIDE : 5 + SIDE]
+    found = ray_disc([x, y, u - s, v - t], [*b[:2], r + b[2]]) if (u, v) != (s, t) else {"hit": 0.0, "t": math.inf}
+    if (u, v) == (s, t) and math.dist(a[:2], b[:2]) <= r + b[2]:
+        found = {"hit": 1.0, "t": 0.0}
+    if found["t"] > 1.0:
+        return {"hit": 0.0, "t": math.inf, "point": [math.nan, math.nan]}
+    time = found["t"]
+    centre, other = [x + time * u, y + time * v], [b[0] + time * s, b[1] + time * t]
+    gap = math.dist(centre, other)
+    near = [p + r * (q - p) / gap if gap > 0 else p for p, q in zip(centre, other, strict=True)]
+    inside = gap + min(r, b[2]) <= max(r, b[2])  # the whole of the smaller one is common to both
+    return {"hit": 1.0, "t": time, "point": (centre if r < b[2] else other) if inside else near}
+
+
 # -- wrong on purpose ----------------------------------------------------------------------------------------
 
 
@@ -162,3 +185,18 @@ class Standing(FlatTextbook):
         row = list(super().told(query, answer))
         row[7] = row[7] + 0.5
         return row
+
+
+class Stopping(FlatTextbook):
+    """Lets discs that are that move by less than a ten-thousandth of their size miss each other."""
+
+    def solver(self, query: str, A: Kind, B: Kind) -> Solver:
+        solve = super().solver(query, A, B)
+
+        def slow(a: Row, b: Row) -> AnswerRow:
+            u, v, s, t = *a[3:5], *a[3 + SIDE : 5 + SIDE]
+            if 0 < math.hypot(u - s, v - t) < 1e-4 * a[2]:
+                return answer_row(hit=0.0, t=math.inf)
+            return solve(a, b)
+
+        return slow if query == SWEEP else solve

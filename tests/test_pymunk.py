@@ -16,6 +16,7 @@ pytest.importorskip("pymunk")
 from oracles import claims
 from oracles.answers import take
 from oracles.batch import Batch
+from oracles.course import Course
 from oracles.engine import COLUMNS, Answers, Engine, Status, UnsupportedCell
 from oracles.engines import load_engine
 from oracles.engines.pymunk_engine import PymunkEngine
@@ -23,13 +24,13 @@ from oracles.judges import Judges, finding_of
 from oracles.opening import wanted_pairs
 from oracles.outcome import FINDINGS, SUSPECT, Bucket, Kind
 from oracles.repro import script_of
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, PAIRS, QUERIES, RAYCAST, Cell, Scene, cells, cells_of
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, PAIRS, QUERIES, RAYCAST, SWEEP, Cell, Scene, cells, cells_of
 from oracles.world import PLANE, SPACE, is_flat
 from refimpl import Sphere
 from refimpl.flat import ConvexPolygon, Disc, FlatPoint, FlatRay, Rectangle, Segment
 from reports.viewer.frame import FROM_ABOVE
 from reports.viewer.scene import picture_of
-from tests.flat_engines import AtTheEnd, FlatTextbook, InLine, Inward, Standing, WrongSign
+from tests.flat_engines import AtTheEnd, FlatTextbook, InLine, Inward, Standing, Stopping, WrongSign
 from tests.reference_engine import Desk
 
 FLAT_PAIRS = [pair for pair in PAIRS if is_flat(pair[0])]
@@ -40,7 +41,12 @@ ROOT_HALF = math.sqrt(0.5)
 
 def said(engine: Engine, query: str, a: Any, b: Any) -> dict[str, Any]:
     """What an engine answers of one scene."""
-    row = engine.solver(query, type(a), type(b))(a.pack().tolist(), b.pack().tolist())
+    return told(engine, Scene(query, a, b, "by hand"))
+
+
+def told(engine: Engine, scene: Scene) -> dict[str, Any]:
+    """The same of a scene that may have a motion."""
+    row = engine.solver(scene.query, type(scene.a), type(scene.b))(*(numbers.tolist() for numbers in scene.rows))
     found = {name: row[columns] for name, columns in COLUMNS.items()}
     return {n: v[0] if len(v) == 1 else list(v) for n, v in found.items() if not any(math.isnan(x) for x in v)}
 
@@ -87,22 +93,38 @@ def test_answers_by_hand(pymunk: PymunkEngine, query: str, a: Any, b: Any, expec
     assert owed <= answer.keys() or answer["hit"] == 0
 
 
+def test_a_sweep_by_hand(pymunk: PymunkEngine) -> None:
+    """A disc of radius 1 goes right by 6 while the square goes left by 2: they close a gap of 4 in half the time."""
+    course = Course.translating([6.0, 0.0, 0.0], [-2.0, 0.0, 0.0])
+    scene = Scene(SWEEP, Disc([-6.0, 0.5], 1.0), SQUARE, "by hand", motion=course)
+    row = pymunk.solver(SWEEP, Disc, Rectangle)(*(row.tolist() for row in scene.rows))
+    np.testing.assert_allclose(np.array(row)[[0, 11, 8, 9, 12, 13]], [1, 0.5, 1, 0, -2, 0.5], rtol=0, atol=1e-12)
+    upwards = Course.translating([6.0, 0.0, 1.0], [0.0, 0.0, 0.0])
+    with pytest.raises(ValueError, match="move in the plane"):
+        Scene.from_json(Scene(SWEEP, scene.a, scene.b, "by hand", motion=upwards).to_json())
+    again = Scene.from_json(scene.to_json())
+    assert again.id == scene.id
+
+
 @pytest.mark.parametrize("pair", FLAT_PAIRS, ids=lambda pair: f"{pair[0].__name__}-{pair[1].__name__}")
 def test_scripts_ask_what_the_adapter_asks(pair: Any, pymunk: PymunkEngine, capsys: pytest.CaptureFixture[str]) -> None:
     asked, drawn = 0, Batch.draw(pair, 5, (1,), 1)
-    batch = max(drawn, key=len)
-    for cell in cells_of(pair):
-        if not pymunk.support(cell.query, *pair) or not batch.is_of(cell.query):
+    largest = [max(drawn, key=len), *(() if pair[0] is FlatRay else Batch.draw_sweeps(pair, 5, (1,), 1)[:1])]
+    of_cells = ((cell, batch) for cell in cells_of(pair) for batch in largest if batch.is_of(cell.query))
+    for cell, batch in of_cells:
+        if not pymunk.support(cell.query, *pair):
             continue
         for i in range(0, len(batch), 4):
             scene = batch.scene(cell.query, i)
             script = pymunk.repro(cell.query, *pair, *(row.tolist() for row in scene.rows))
             exec(compile(script, "script", "exec"), {})
             lines = (line.partition(" = ") for line in capsys.readouterr().out.splitlines())
-            told = {name: np.array(eval(value, {"inf": math.inf, "nan": math.nan})) for name, eq, value in lines if eq}
-            answer = said(pymunk, cell.query, scene.a, scene.b)
-            assert answer.keys() <= told.keys()
-            for name, value in told.items():
+            printed = {
+                name: np.array(eval(value, {"inf": math.inf, "nan": math.nan})) for name, eq, value in lines if eq
+            }
+            answer = told(pymunk, scene)
+            assert answer.keys() <= printed.keys()
+            for name, value in printed.items():
                 if name in answer:
                     np.testing.assert_array_equal(value, answer[name], err_msg=f"{scene} {name}")
             asked += 1
@@ -130,7 +152,9 @@ def test_each_engine_has_its_own_world(pymunk: PymunkEngine) -> None:
 
 
 def batches(cell: Cell, each: int) -> Iterator[Batch]:
-    for batch in Batch.draw((cell.type_a, cell.type_b), 7, (0,), each):
+    pair = cell.type_a, cell.type_b
+    drawn = Batch.draw_sweeps(pair, 7, (0,), each) if cell.query == SWEEP else Batch.draw(pair, 7, (0,), each)
+    for batch in drawn:
         if batch.is_of(cell.query):
             yield batch
 
@@ -140,7 +164,7 @@ def convicted(engine: Engine, cell: Cell, each: int) -> Counter[str]:
     desk, found = Desk(engine), Counter[str]()
     for batch in batches(cell, each):
         answers = desk.answer(cell, batch.rows)
-        screening = desk.judges.screen(cell, batch.a, batch.b, None, answers)
+        screening = desk.judges.screen(cell, batch.a, batch.b, batch.motion, answers)
         found["scenes"] += len(batch)
         for i in screening.rows_of(SUSPECT).tolist():
             verdict = desk.judges.convict(batch.scene(cell.query, i), take(answers, [i]))
@@ -153,7 +177,7 @@ CELLS = [cell for cell in cells() if FlatTextbook().support(cell.query, cell.typ
 
 
 def test_a_right_engine_is_never_convicted() -> None:
-    assert len(CELLS) == 13
+    assert len(CELLS) == 14
     total = Counter[str]()
     for cell in CELLS:
         total += convicted(FlatTextbook(), cell, 12)
@@ -169,6 +193,7 @@ def test_a_right_engine_is_never_convicted() -> None:
         (WrongSign, Cell(CONTACTS, Disc, Rectangle), {claims.LONG}),
         (Inward, Cell(DISTANCE, Disc, Disc), {claims.STUCK, claims.OVERSHOT}),
         (AtTheEnd, Cell(RAYCAST, FlatRay, Disc), {claims.RAY_POINT}),
+        (Stopping, Cell(SWEEP, Disc, Disc), {claims.SWEEP_MISSED}),
         (Standing, Cell(DISTANCE, FlatPoint, Disc), {claims.NOT_A_NUMBER}),
     ],
 )
