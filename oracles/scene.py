@@ -132,7 +132,7 @@ class Scene:
             raise ValueError(f"not a scene: {error}") from None
         if query not in QUERIES:
             raise ValueError(f"not a scene: unknown query {query!r}; known are {', '.join(QUERIES)}")
-        if is_flat(b) and isinstance(motion, Course) and motion.leaves_the_plane:
+        if is_flat(b) and motion is not None and motion.leaves_the_plane:
             raise ValueError("not a scene: flat proxies move in the plane, without turning")
         return cls(query, a, b, regime, source, motion)
 

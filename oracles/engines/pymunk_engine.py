@@ -32,7 +32,9 @@ from oracles.course import Course
 from oracles.engine import (
     NATIVE,
     NOWHERE,
+    VELOCITIES,
     AnswerRow,
+    Convention,
     Engine,
     EngineUnavailable,
     Kind,
@@ -44,9 +46,10 @@ from oracles.engine import (
     emulated,
     unsupported,
 )
+from oracles.engines import pymunk_impacts as impacts
 from oracles.engines.pymunk_scripts import cast_script, contact_script, distance_script, sweep_script
 from oracles.engines.pymunk_shapes import Maker, Placed, import_pymunk, place
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, SWEEP
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP
 from refimpl.flat import Disc, FlatPoint
 
 ROUND = (FlatPoint, Disc)
@@ -58,6 +61,7 @@ SAYS = {
     BOOLEAN: frozenset({"hit"}),
     RAYCAST: frozenset({"hit", "t", "point", "normal"}),
     SWEEP: frozenset({"hit", "t", "point", "normal"}),
+    IMPACT: frozenset(VELOCITIES),
 }
 POINTS_ONLY = "Chipmunk measures the distance of a point from a shape, and of no other two"
 A_CIRCLE = "a FlatPoint is a Circle of radius 0"
@@ -95,6 +99,10 @@ class PymunkEngine(Engine):
             return NATIVE if A is FlatPoint else emulated(LESS_RADIUS)
         return emulated(A_CIRCLE) if A is FlatPoint else NATIVE
 
+    def _impact_support(self, A: Kind, B: Kind) -> Support:
+        del A, B
+        return NATIVE
+
     def _sweep_support(self, A: Kind, B: Kind) -> Support:
         del B
         return emulated(A_THICK_SEGMENT) if A in ROUND else unsupported(ROUND_ONLY)
@@ -106,13 +114,21 @@ class PymunkEngine(Engine):
 
     def tolerance(self, query: str, A: Kind, B: Kind) -> Tolerance:
         """Give rounding: nothing is searched for that has no end."""
-        del query, A, B
-        return ROUNDING
+        del A, B
+        return impacts.TOLERANCE if query == IMPACT else ROUNDING
+
+    def conventions(self, query: str, A: Kind, B: Kind) -> Mapping[Convention, str]:
+        """Say what is another law of friction."""
+        del A, B
+        text = "friction ends the sliding after the bounce; the reference's ends that of the compression"
+        return {Convention.OTHER_FRICTION: text} if query == IMPACT else {}
 
     def solver(self, query: str, A: Kind, B: Kind) -> Solver:
         """Answer one scene in 15 to 30 µs."""
         self.require(query, A, B)
         pymunk = import_pymunk()
+        if query == IMPACT:
+            return impacts.solver(pymunk, A, B)
         if query == RAYCAST:
             return lambda ray, b: _cast(Maker(pymunk), ray, place(B, b))
         if query == SWEEP:
@@ -125,6 +141,8 @@ class PymunkEngine(Engine):
     def repro(self, query: str, A: Kind, B: Kind, row_a: Row, row_b: Row) -> str:
         """Write the script of one scene; needs pymunk alone."""
         self.require(query, A, B)
+        if query == IMPACT:
+            return impacts.script(A, row_a, B, row_b)
         if query == RAYCAST:
             shape = place(B, row_b)
             return cast_script((A, B), shape, *segment_of(row_a, shape))
