@@ -42,7 +42,7 @@ def on_disc(draws: Draws, body: Body, feature: Array, spread: Array) -> Touched:
 
 
 def on_polygon(draws: Draws, body: Body, feature: Array, spread: Array) -> Touched:
-    """On a side of a turned rectangle, as far from its middle as `spread` says; or at a corner, where it has features."""
+    """On a side of a turned rectangle, as far from its middle as `spread` says; or at a corner."""
     place, extents = body.place[:, :2], body.extents[:, :2]
     corners = place[:, None] + turned(body, SQUARE * extents[:, None])
     along = np.arange(2) == draws.choice((0.0, 1.0))[:, None]

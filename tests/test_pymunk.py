@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -13,23 +14,40 @@ import pytest
 
 pytest.importorskip("pymunk")
 
-from oracles import claims
+from oracles import claims, impact_laws
 from oracles.answers import take
 from oracles.batch import Batch
 from oracles.course import Course
-from oracles.engine import COLUMNS, Answers, Engine, Status, UnsupportedCell
+from oracles.engine import COLUMNS, AnswerRow, Answers, Engine, Row, Solver, Status, UnsupportedCell
+from oracles.engine import Kind as Type
 from oracles.engines import load_engine
 from oracles.engines.pymunk_engine import PymunkEngine
+from oracles.flat_stages import FLAT_TARGETS
 from oracles.judges import Judges, finding_of
+from oracles.motion import Motion, Moving
 from oracles.opening import wanted_pairs
 from oracles.outcome import FINDINGS, SUSPECT, Bucket, Kind
 from oracles.repro import script_of
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, PAIRS, QUERIES, RAYCAST, SWEEP, Cell, Scene, cells, cells_of
+from oracles.scene import (
+    BOOLEAN,
+    CONTACTS,
+    DISTANCE,
+    IMPACT,
+    PAIRS,
+    QUERIES,
+    RAYCAST,
+    SWEEP,
+    Cell,
+    Scene,
+    cells,
+    cells_of,
+)
 from oracles.world import PLANE, SPACE, is_flat
 from refimpl import Sphere
 from refimpl.flat import ConvexPolygon, Disc, FlatPoint, FlatRay, Rectangle, Segment
 from reports.viewer.frame import FROM_ABOVE
 from reports.viewer.scene import picture_of
+from tests.conftest import name_of
 from tests.flat_engines import AtTheEnd, FlatTextbook, InLine, Inward, Standing, Stopping, WrongSign
 from tests.reference_engine import Desk
 
@@ -109,7 +127,10 @@ def test_a_sweep_by_hand(pymunk: PymunkEngine) -> None:
 @pytest.mark.parametrize("pair", FLAT_PAIRS, ids=lambda pair: f"{pair[0].__name__}-{pair[1].__name__}")
 def test_scripts_ask_what_the_adapter_asks(pair: Any, pymunk: PymunkEngine, capsys: pytest.CaptureFixture[str]) -> None:
     asked, drawn = 0, Batch.draw(pair, 5, (1,), 1)
-    largest = [max(drawn, key=len), *(() if pair[0] is FlatRay else Batch.draw_sweeps(pair, 5, (1,), 1)[:1])]
+    moving = (
+        () if pair[0] is FlatRay else (*Batch.draw_sweeps(pair, 5, (1,), 1)[:1], *Batch.draw_impacts(pair, 5, (1,), 1))
+    )
+    largest = [max(drawn, key=len), *moving]
     of_cells = ((cell, batch) for cell in cells_of(pair) for batch in largest if batch.is_of(cell.query))
     for cell, batch in of_cells:
         if not pymunk.support(cell.query, *pair):
@@ -153,7 +174,8 @@ def test_each_engine_has_its_own_world(pymunk: PymunkEngine) -> None:
 
 def batches(cell: Cell, each: int) -> Iterator[Batch]:
     pair = cell.type_a, cell.type_b
-    drawn = Batch.draw_sweeps(pair, 7, (0,), each) if cell.query == SWEEP else Batch.draw(pair, 7, (0,), each)
+    draw = {SWEEP: Batch.draw_sweeps, IMPACT: Batch.draw_impacts}.get(cell.query, Batch.draw)
+    drawn = draw(pair, 7, (0,), each)
     for batch in drawn:
         if batch.is_of(cell.query):
             yield batch
@@ -210,6 +232,48 @@ def test_vectors_of_the_plane_are_cut_and_filled() -> None:
     np.testing.assert_array_equal(answers.normal, [[0.6, 0.8], [np.inf, np.inf]])
     np.testing.assert_array_equal(PLANE.fill(answers.normal)[0], [0.6, 0.8, 0.0])
     np.testing.assert_array_equal(PLANE.fill(np.array([np.nan, np.nan])), [np.nan] * 3)
+
+
+# -- impacts -------------------------------------------------------------------------------------------------
+
+
+class Sticky(PymunkEngine):
+    """Leaves the second body a thousandth of its speed too slow."""
+
+    def solver(self, query: str, A: Type, B: Type) -> Solver:
+        solve = super().solver(query, A, B)
+
+        def slowed(a: Row, b: Row) -> AnswerRow:
+            row = list(solve(a, b))
+            row[COLUMNS["velocity_b"]] = [0.999 * v for v in row[COLUMNS["velocity_b"]]]
+            return row
+
+        return slowed
+
+
+@pytest.mark.parametrize("pair", FLAT_TARGETS, ids=name_of)
+def test_impacts_keep_the_laws_and_are_found_out_where_they_do_not(pair: Any, pymunk: PymunkEngine) -> None:
+    cell = Cell(IMPACT, *pair)
+    found = convicted(pymunk, cell, 12)
+    assert found.keys() == {"scenes"}, found
+    assert found["scenes"] > 100
+    assert impact_laws.MOMENTUM in convicted(Sticky(), cell, 2)
+
+
+def test_an_impact_by_hand(pymunk: PymunkEngine) -> None:
+    """A disc of mass 1 runs into one of mass 3 with restitution 1/2: the common speed is 1, and they part with 2."""
+    still, one = np.zeros(3), np.eye(3)
+    a = Moving(np.array([-1.0, 0.0, 0.0]), np.array([4.0, 1.0, 0.0]), still, np.asarray(1.0), one)
+    b = Moving(np.array([1.0, 0.0, 0.0]), still, still, np.asarray(1.0 / 3.0), one)
+    motion = Motion(a, b, still, np.array([1.0, 0.0, 0.0]), np.asarray(0.5), np.asarray(0.0))
+    scene = Scene(IMPACT, Disc([-1.0, 0.0], 1.0), Disc([1.0, 0.0], 1.0), "by hand", motion=motion)
+    answer = told(pymunk, scene)
+    np.testing.assert_allclose(answer["velocity_a"], [-0.5, 1.0, 0.0], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(answer["velocity_b"], [1.5, 0.0, 0.0], rtol=0, atol=1e-11)
+    spinning = replace(motion, a=replace(a, angular_velocity=np.array([1.0, 0.0, 0.0])))
+    with pytest.raises(ValueError, match="move in the plane"):
+        Scene.from_json(replace(scene, motion=spinning).to_json())
+    assert Scene.from_json(scene.to_json()).id == scene.id
 
 
 # -- what Chipmunk gets wrong, each proven -------------------------------------------------------------------
