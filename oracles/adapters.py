@@ -71,12 +71,19 @@ def effective_of(engine: Engine, cell: Cell, rows_a: Array, rows_b: Array) -> tu
     for side, rows in zip(sides, (rows_a, rows_b), strict=True):
         if not (isinstance(side.kind, type) and issubclass(side.kind, Proxy)):
             raise UnsoundAdapter(f"{where} must name a type of proxy, got {shown(side.kind)}")
-        if side.rows is not rows:
+        if side.made is not None:
+            _require_batch(where, side, len(rows))
+        elif side.rows is not rows:
             _require_numbers(where, "rows", side.rows, 2, len(rows))
         _require_numbers(where, "margin", side.margin, 1, len(rows))
         if (side.margin < 0).any():
             raise UnsoundAdapter(f"{where} must give margins of at least 0, got {float(side.margin.min())!r}")
     return sides[0], sides[1]
+
+
+def _require_batch(where: str, side: Effective, n: int) -> None:
+    if type(side.made) is not side.kind or side.made.batch_shape != (n,):
+        raise UnsoundAdapter(f"{where} must give {n} shapes of type {side.kind.__name__}, got {shown(side.made)}")
 
 
 def _require_numbers(where: str, name: str, value: object, axes: int, n: int) -> None:

@@ -11,6 +11,7 @@ from oracles.engine import COLUMNS, WIDTH, Answers, Status
 from oracles.impact_reference import reference_of
 from oracles.scene import BOOLEAN, RAYCAST, Cell, Scene
 from oracles.sweep_reference import sweep_answers
+from oracles.world import VECTORS, world_of
 from refimpl import Proxy, distance, raycast
 
 
@@ -42,7 +43,7 @@ def reference_for(scene: Scene) -> Answers:
 
 def reference_answers(query: str, a: Proxy, b: Proxy) -> Answers:
     """Answer as the reference does, for shapes with one batch axis."""
-    table = np.full((len(a), WIDTH), np.nan)
+    table, world = np.full((len(a), WIDTH), np.nan), world_of(b)
     if query == RAYCAST:
         found = raycast(a, b)  # type: ignore[arg-type]
         columns = {"hit": found.hit, "t": found.t, "normal": found.normal, "point": found.point}
@@ -52,7 +53,7 @@ def reference_answers(query: str, a: Proxy, b: Proxy) -> Answers:
         if query != BOOLEAN:
             columns |= {"distance": sep.distance, "on_a": sep.on_a, "on_b": sep.on_b, "normal": sep.normal}
     for name, values in columns.items():
-        table[:, COLUMNS[name]] = np.reshape(values, (len(a), -1))
+        table[:, COLUMNS[name]] = world.fill(values) if name in VECTORS else values[:, None]
     return Answers.from_table(np.zeros(len(a), dtype=np.int8), table, {})
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from refimpl import flat
 from refimpl.linear import Array, norm
 from refimpl.shapes import (
     AABB,
@@ -65,8 +66,13 @@ def _of_parts(shape: Any) -> Array:
     return np.asarray(np.max([aspect_of(part) for part in shape.parts], axis=0))
 
 
+def _of_polygon(shape: Any) -> Array:
+    corners = shape.outline.corners
+    return _of_extents(corners.max(axis=-2) - corners.min(axis=-2))
+
+
 ASPECTS: dict[type[Proxy], Callable[[Any], Array]] = {
-    **dict.fromkeys((Point, Ray, HalfSpace, Sphere), lambda _: np.ones(())),
+    **dict.fromkeys((Point, Ray, HalfSpace, Sphere, flat.FlatPoint, flat.FlatRay, flat.Disc), lambda _: np.ones(())),
     Capsule: _of_capsule,
     AABB: lambda s: _of_extents(s.upper - s.lower),
     Box: lambda s: _of_extents(s.half_extents),
@@ -76,4 +82,7 @@ ASPECTS: dict[type[Proxy], Callable[[Any], Array]] = {
     ConvexPolyhedron: _of_hull,
     Polyhedron: lambda s: _of_extents(s.vertices.max(axis=0) - s.vertices.min(axis=0)),
     Composite: _of_parts,
+    flat.Segment: _of_capsule,
+    flat.Rectangle: lambda s: _of_extents(s.upper - s.lower),
+    flat.ConvexPolygon: _of_polygon,
 }

@@ -14,6 +14,7 @@ from oracles.reference import SEARCH_ERROR, allows, error_of, proven
 from oracles.scene import DISTANCE, RAYCAST, Scene
 from oracles.sweep_claims import SweptRows
 from oracles.sweep_reference import error_of_time, proven_sweep, stands, sweep_answers
+from oracles.world import world_of
 from refimpl import Proxy, Ray, distance, raycast
 from refimpl.proof import InvalidCertificate
 from refimpl.proof.certify import round_down, round_up
@@ -33,7 +34,7 @@ def _audit_sweep(scene: Scene, course: Course) -> Verdict:
     except InvalidCertificate as refused:
         return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=scene)
     a, b, moving, zero = scene.a[None], scene.b[None], course[None], np.zeros(1)
-    answers, error = sweep_answers(a, b, moving), float(error_of_time(course))
+    answers, error = world_of(b).cut(sweep_answers(a, b, moving)), float(error_of_time(course))
     value = float(answers.t[0])
     rows = SweptRows(scene.query, a, b, zero, zero, answers, np.ones(1, dtype=bool), course=moving)
     known_to = error * float(course.way(scene.a, scene.b)) + error_of(scene.a, scene.b) * scene.size
@@ -76,7 +77,7 @@ def audit(a: Proxy, b: Proxy) -> Verdict:
 def _broken_claim(scene: Scene) -> str:
     """Symptom of a claim that the reference's normal, witnesses or hit point break; empty when all hold."""
     a, b = scene.a[None], scene.b[None]
-    answers = reference_answers(scene.query, a, b)
+    answers = world_of(b).cut(reference_answers(scene.query, a, b))
     rows = Questioned(scene.query, a, b, np.zeros(1), np.zeros(1), answers, np.ones(1, dtype=bool), ways_out=True)
     known_to = SEARCH_ERROR if rows.of_union and answers.distance[0] < 0 else error_of(a, b)  # ways out are searched
     return _broken(rows, known_to * scene.size)

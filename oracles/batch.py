@@ -14,10 +14,11 @@ from oracles.aspect import aspect_of
 from oracles.course import Course
 from oracles.draws import NumpyDraws
 from oracles.impact_regimes import IMPACT_REGIMES, ImpactRegime
-from oracles.impact_stages import TARGETS
+from oracles.impact_stages import STAGED
+from oracles.keeping import rows_of
 from oracles.motion import Motion
 from oracles.placements import Draft
-from oracles.regimes import COMBINED, REGIMES, Regime
+from oracles.regimes import COMBINED, REGIMES, Regime, is_drawn
 from oracles.scene import IMPACT, MOVING, RAYCAST, SWEEP, Scene, packed_rows, size_of
 from oracles.sweep_regimes import SWEEP_REGIMES
 from refimpl.linear import Array
@@ -92,7 +93,7 @@ class Batch:
         regimes: Mapping[str, ImpactRegime] = IMPACT_REGIMES,
     ) -> list[Batch]:
         """`each` scenes of every regime of impacts; none of a pair that is not staged."""
-        if pair not in TARGETS:
+        if pair not in STAGED:
             return []
         drawn = {name: make(cls._draws(seed, shard, name, each), *pair) for name, make in regimes.items()}
         motion = Motion.unpack(np.concatenate([motion.pack() for _, _, motion in drawn.values()]))
@@ -134,10 +135,12 @@ class Batch:
             )
         return isinstance(self.a, Ray) == (query == RAYCAST)
 
-    @property
+    @cached_property
     def rows(self) -> tuple[Array, Array]:
-        """Numbers of both sides."""
-        return packed_rows(self.a, self.b, self.motion)
+        """Numbers of both sides; those of the motion stand behind A's."""
+        if self.motion is not None:
+            return packed_rows(self.a, self.b, self.motion)
+        return rows_of(self.a), rows_of(self.b)
 
     @cached_property
     def sizes(self) -> Array:
@@ -170,7 +173,7 @@ def _form(shape: Proxy, index: int) -> tuple[object, ...]:
 def _asked(pair: PairKey, regimes: Mapping[str, Regime]) -> Iterator[tuple[str, int]]:
     """Names of the regimes, each once, but that of combinations more often where this makes no batches of their own."""
     often = COMBINATIONS_EACH if not (pair[0].header or pair[1].header) else 1
-    for name in regimes:
+    for name in (name for name in regimes if is_drawn(name, pair)):
         for turn in range(often if name == COMBINED else 1):
             yield name, turn
 

@@ -19,6 +19,9 @@ from oracles.judges import Judges
 from oracles.scene import MOVING, Cell, Scene, cells
 from oracles.worker import EngineWorker
 
+MANY_EXAMPLES = 150
+"""Scenes of an attack, unless told otherwise."""
+
 
 @dataclass(frozen=True)
 class Setup:
@@ -30,12 +33,15 @@ class Setup:
         Names of shipped engines, or ``module:attribute`` of one's own.
     models
         Folder of the models for scenes; by default what PyBullet ships.
+    examples
+        Scenes that each attack of Hypothesis generates.
     """
 
     engines: tuple[str, ...]
     seed: int = 0
     call_limit: float = 0.5
     models: str | None = None
+    examples: int = MANY_EXAMPLES
 
 
 class Bench:

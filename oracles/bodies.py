@@ -9,6 +9,8 @@ import numpy as np
 
 from oracles import solids
 from oracles.draws import Draws, quaternions
+from oracles.flat_bodies import flat_proxy
+from oracles.world import is_flat
 from refimpl.linear import Array, apply, dot, rotation_matrix, scale
 from refimpl.shapes import (
     AABB,
@@ -79,6 +81,8 @@ class Body:
 
     def make(self, kind: type[Proxy]) -> Proxy:
         """Build a proxy of this type with this body's place, size and pose; its axis is the body's z axis."""
+        if is_flat(kind):
+            return flat_proxy(self, kind)
         made: dict[type[Proxy], Callable[[], Proxy]] = {
             Point: lambda: Point(self.place),
             Ray: lambda: Ray(self.place - scale(self.back, self._reach), scale(self.length, self._reach)),

@@ -10,6 +10,7 @@ import numpy as np
 from oracles.bodies import Body, random_body, round_body
 from oracles.draws import Draws, log_uniform
 from refimpl import Proxy
+from refimpl.flat import Rectangle, Segment
 from refimpl.linear import Array, scale
 from refimpl.shapes import AABB, KDOP, Box, Capsule, ConvexPolyhedron, HalfSpace, Polyhedron
 
@@ -19,7 +20,7 @@ Build = Callable[[Draws, Kind, Kind], Bodies]
 
 FLAT_WHEN_THIN = (KDOP, ConvexPolyhedron)
 """Types that may have no thickness at all, and do so in some slivers."""
-NOTHING_AT_ALL = (Capsule, AABB, Box)
+NOTHING_AT_ALL = (Capsule, AABB, Box, Rectangle, Segment)
 """Types whose sizes may all be 0."""
 SHARED = {
     "place": (0.0, 1.0, 3.0),

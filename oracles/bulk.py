@@ -24,12 +24,13 @@ from oracles.judges import audited, finding_of
 from oracles.outcome import FINDINGS, SUSPECT, Kind, Outcome
 from oracles.reference import gaps, is_quick
 from oracles.regimes import Regime, regimes_for
-from oracles.scene import CONTACTS, DISTANCE, IMPACT, MOVING, RAYCAST, SWEEP, Cell, cells_of
+from oracles.scene import CONTACTS, DISTANCE, IMPACT, MOVING, PAIRS, RAYCAST, SWEEP, Cell, cells_of
 from oracles.screening import KINDS, Screening
 from oracles.sheets import Sheet
 from oracles.words import decade_of
+from oracles.world import is_flat
 from refimpl.compiling import batch_of
-from refimpl.pairs import TABLE
+from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, Polyhedron
 
 QUICK, SEARCHED = 16, 6
 """Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
@@ -37,6 +38,10 @@ fewer: drawing and judging cost by the batch rather than by the scene. So an eng
 asked often enough in its very first task, which finds it without a memory."""
 MOST = 800
 """Scenes of a regime and pair in one task."""
+MOST_OF_MESHES = 200
+"""The same of meshes: those of a regime share theirs and are a batch by themselves, so few cost as much as many."""
+FORMED = {KDOP, ConvexPolyhedron, Composite}
+"""Types of which an engine makes another hull, or several objects, for each scene: that costs more than judging it."""
 STEPPED = 6
 """Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
 SWEPT = 16
@@ -92,26 +97,28 @@ class _Bulk:
 
     @property
     def many(self) -> int:
-        """Scenes of each regime: more of pairs with a closed form, fewer where each costs a search."""
-        return min(MOST, self.each * QUICK) if is_quick(*self.pair) else max(1, self.each // SEARCHED)
+        """Scenes of each regime, at rest."""
+        return scenes_each(self.pair, self.each)
 
     @cached_property
     def regimes(self) -> dict[str, Regime]:
-        """All regimes, with those about the thresholds of the engines."""
-        return regimes_for(bench.engine for bench in self.shop.benches)
+        """All regimes, with those about the thresholds of the engines of this world."""
+        flat = is_flat(self.pair[0])
+        return regimes_for(bench.engine for bench in self.shop.benches if bench.engine.flat == flat)
 
     def drawn(self) -> list[Batch]:
         """Scenes of the pair, fewer where each costs a search; those at rest also where the reference alone answers."""
         asked = {cell.query for cell in cells_of(self.pair) if self.shop.asked(cell)}
-        shard = self.number, list(TABLE).index(self.pair)  # the same scenes whatever pairs are asked for
+        shard = self.number, PAIRS.index(self.pair)  # the same scenes whatever pairs are asked for
         seed = self.shop.setup.seed
         with timed("scenes"):
             batches = Batch.draw(self.pair, seed, shard, self.many, self.regimes) if self.shop.at_rest else []
+            moving = scenes_each(self.pair, self.each, moving=True)
             if IMPACT in asked:
                 impacts = impact_regimes_for(bench.engine for bench in self.shop.benches)
-                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, self.many // STEPPED), impacts)
+                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, moving // STEPPED), impacts)
             if SWEEP in asked:
-                batches += Batch.draw_sweeps(self.pair, seed, shard, max(1, self.many // SWEPT))
+                batches += Batch.draw_sweeps(self.pair, seed, shard, max(1, moving // SWEPT))
             return batches
 
     def ask(self, cell: Cell, batch: Batch) -> None:
@@ -184,7 +191,7 @@ class _Bulk:
     def audit(self, batch: Batch) -> None:
         """Prove the reference's own answer on one scene of each regime whose turn it is."""
         first = np.unique(batch.groups, return_index=True)[1]
-        turn = self.number + list(TABLE).index(self.pair)
+        turn = self.number + PAIRS.index(self.pair)
         query = next(q for q in (RAYCAST, DISTANCE, IMPACT, SWEEP) if batch.is_of(q))
         each = SWEEPS_AUDITED if query == SWEEP else AUDITED
         first = first[batch.groups[first] % each == turn % each]
@@ -201,6 +208,15 @@ def _odd_numbers(batch: Batch, rows: NDArray[np.int_]) -> NDArray[np.int_]:
     """How many numbers of each of these scenes a reader has to read: what is proven first is what he may see."""
     numbers = np.concatenate([np.asarray(side)[rows] for side in batch.rows], axis=1)
     return np.asarray(np.count_nonzero(~np.isin(numbers, list(PLAIN)), axis=1))
+
+
+def scenes_each(pair: PairKey, each: int, *, moving: bool = False) -> int:
+    """Scenes of each regime in a pass: more of pairs with a closed form, fewer where each costs a search."""
+    if is_quick(*pair):
+        return min(MOST, each * QUICK)
+    if Polyhedron in pair and not FORMED & set(pair) and not moving:
+        return min(MOST_OF_MESHES, each)
+    return max(1, each // SEARCHED)
 
 
 def bulk(shop: Workshop, pair: PairKey, number: int, each: int) -> Outcome:

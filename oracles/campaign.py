@@ -17,7 +17,7 @@ from typing import Protocol
 
 from oracles import closing, opening, plan
 from oracles.batch import PairKey
-from oracles.bench import Setup, Workshop, close_workshop
+from oracles.bench import MANY_EXAMPLES, Setup, Workshop, close_workshop
 from oracles.buckets import Buckets
 from oracles.clock import timed
 from oracles.executors import Here, room
@@ -226,6 +226,7 @@ def run_campaign(
     call_limit: float = 0.5,
     ledger: Ledger | None = None,
     models: str | None = None,
+    examples: int = MANY_EXAMPLES,
     executor: Executor | None = None,
     enough: Callable[[Run], bool] | None = None,
     folder: Path | None = None,
@@ -252,6 +253,8 @@ def run_campaign(
         What is known of the engines' faults; by default what is shipped.
     models
         Folder from which the regime `models` takes its geometry; by default what PyBullet ships.
+    examples
+        Scenes that each attack of Hypothesis generates.
     executor
         What does the tasks: anything of `concurrent.futures`, by default this process. It is shut down.
     enough
@@ -275,8 +278,8 @@ def run_campaign(
     """
     executor = executor or Here()
     try:
-        shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models))
-        wanted = opening.wanted_pairs(pairs)
+        shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models, examples))
+        wanted = opening.wanted_pairs(pairs, [bench.engine for bench in shop.benches])
         run = opening.run_of(shop, wanted, budget)
         run.passes = passes
         if not isinstance(executor, Here):

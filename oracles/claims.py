@@ -18,7 +18,9 @@ from oracles.answers import take
 from oracles.engine import Answers, Convention
 from oracles.reference import UNIONS, allows, error_of, kept, proven, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Scene
-from refimpl import KDOP, Box, Capsule, Composite, Cylinder, HalfSpace, Point, Proxy, Ray, distance
+from oracles.world import PLANE, World, world_of
+from refimpl import KDOP, Box, Cylinder, HalfSpace, Point, Proxy, Ray, distance
+from refimpl.atoms import portions
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
 from refimpl.proof import Certificate, SweepCertificate
 from refimpl.proof.claims import Bound
@@ -248,12 +250,17 @@ class Questioned:
             beyond |= (np.abs(vector) > LARGEST).any(axis=-1) & ~endless
         return self.answered & (owed[self.query] | beyond)
 
-    def hit_point(self) -> Point:
+    @property
+    def world(self) -> World:
+        """Where the shapes are."""
+        return world_of(self.b)
+
+    def hit_point(self) -> Proxy:
         """Points of the rays at the times of their hits, or where they start."""
         assert isinstance(self.a, Ray)
         named = (self.answers.hit == 1) & (np.abs(self.answers.t) < LARGEST)
         point = self.a.at(np.where(named, np.maximum(self.answers.t, 0.0), 0.0))
-        return Point(np.where((np.abs(point).max(axis=-1) < LARGEST)[:, None], point, self.a.origin))
+        return self.world.point(np.where((np.abs(point).max(axis=-1) < LARGEST)[:, None], point, self.a.origin))
 
     def claim(
         self,
@@ -347,15 +354,16 @@ class Questioned:
 
     def unit_claim(self, made: Bools) -> Claim:
         """A normal has unit length, to single precision."""
-        zero, origin = self._nothing, np.zeros((len(made), 3))
-        tip, unit_ball = Point(np.where(made[:, None], self.answers.normal, 0.0)), Capsule(origin, origin, zero + 1.0)
+        zero, origin, world = self._nothing, np.zeros_like(self.answers.normal), self.world
+        tip = world.point(np.where(made[:, None], self.answers.normal, 0.0))
+        unit_ball = world.rounded(origin, origin, zero + 1.0)
         return self.claim(tip, unit_ball, (zero, zero), (BRIEF, LENGTHY), LENGTH, made, zero)
 
     def _contact_point_claims(self, finite: Bools) -> Iterator[Claim]:
         """A single contact point is no farther from either shape than the depth, as both witnesses are."""
         depth = np.maximum(-self.answers.distance, 0.0)
         said = finite & np.isfinite(self.answers.point).all(axis=-1)
-        point = Point(np.where(said[:, None], self.answers.point, 0.0))
+        point = self.world.point(np.where(said[:, None], self.answers.point, 0.0))
         bounds = np.full(len(said), -np.inf), np.where(said, depth, 0.0)
         for shape, margin in ((self.a, self.margin_a), (self.b, self.margin_b)):
             yield self.claim(point, tested(shape), bounds, ("", OUTSIDE), WITNESS, said, margin)
@@ -369,14 +377,14 @@ class Questioned:
             (said_a, on_a, self.a, self.margin_a),
             (said_b, on_b, self.b, self.margin_b),
         ):
-            point = Point(np.where(said[:, None], witness, 0.0))
+            point = self.world.point(np.where(said[:, None], witness, 0.0))
             yield self.claim(point, tested(shape), (free, zero), ("", OFF_SHAPE), WITNESS, said, margin)
         both = said_a & said_b
         ball = np.where(both[:, None], on_b, 0.0)
         reach = np.where(both, np.abs(answers.distance), 0.0)
         yield self.claim(
-            Point(np.where(both[:, None], on_a, 0.0)),
-            Capsule(ball, ball, reach),
+            self.world.point(np.where(both[:, None], on_a, 0.0)),
+            self.world.rounded(ball, ball, reach),
             (zero, zero),
             (TOGETHER, APART),
             WITNESS,
@@ -385,7 +393,7 @@ class Questioned:
         )
 
     def _ray_claims(self) -> Iterator[Claim]:
-        ray, answers, zero = self.a, self.answers, self._nothing
+        ray, answers, zero, world = self.a, self.answers, self._nothing, self.world
         assert isinstance(ray, Ray)
         free = np.full(len(zero), -np.inf)
         hit, missed = answers.hit == 1, answers.hit == 0
@@ -394,47 +402,51 @@ class Questioned:
         usable = ~self.unusable
         reach = np.where(hit & usable & np.isfinite(answers.t), np.maximum(reach, answers.t), reach)
         end = ray.at(reach)
-        whole, rounding = Capsule(ray.origin, end, zero), _rounding(ray.origin, end)
+        whole, rounding = world.rounded(ray.origin, end, zero), _rounding(ray.origin, end)
         yield self.claim(whole, self.b, (zero, -free), (RAY_MISSED, ""), BOOL, missed, margin, rounding=rounding)
         yield self.claim(whole, self.b, (free, zero), ("", RAY_FALSE), BOOL, hit, margin, rounding=rounding)
-        point = self.hit_point().position
+        point = self.hit_point().reference_point
         hit = hit & usable
         rounding = _rounding(ray.origin, point)
-        until = Capsule(ray.origin, point, zero)
+        until = world.rounded(ray.origin, point, zero)
         way = norm(point - ray.origin)
         late, off = (RAY_LATE, ""), ("", RAY_OFF)
         yield self.claim(
             until, self.b, (zero, -free), late, VALUE, hit & (way > 0), margin, way, rounding, measures=hit
         )
-        yield self.claim(Point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding, measures=hit)
+        yield self.claim(
+            world.point(point), self.b, (free, zero), off, VALUE, hit, margin, rounding=rounding, measures=hit
+        )
         placed = hit & np.isfinite(answers.point).all(axis=-1)
-        named_point = Point(np.where((placed & usable)[:, None], answers.point, point))
-        ball = Capsule(point, point, zero)
+        named_point = world.point(np.where((placed & usable)[:, None], answers.point, point))
+        ball = world.rounded(point, point, zero)
         yield self.claim(named_point, ball, (free, zero), ("", RAY_POINT), WITNESS, placed, zero, rounding=rounding)
         normal = answers.normal
         named = hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1) & (np.abs(normal).max(axis=-1) > 0)
         if self.of_union:  # in front of a face there may be another part of the solid
             named = np.zeros_like(named)
-        outward = np.where(named[:, None], normal, np.array([0.0, 0.0, 1.0]))
-        beyond: Proxy = HalfSpace(-outward, dot(outward, point))
-        if isinstance(self.b, HalfSpace):  # two half-spaces overlap without end at the least tilt
-            beyond = cube_on(point, outward, np.maximum(ray.magnitude, self.b.magnitude))
+        outward = np.where(named[:, None], normal, world.up)
+        size = np.maximum(ray.magnitude, self.b.magnitude)
+        # two half-spaces overlap without end at the least tilt
+        beyond = cube_on(point, outward, size) if isinstance(self.b, HalfSpace) else world.beyond(point, outward, size)
+        if world is PLANE:  # its corners are rounded
+            rounding = rounding + 4.0 * ROUNDING * size
         yield self.claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin, rounding=rounding)
         yield self.unit_claim(hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1))
 
 
 def is_fragile(shape: Proxy) -> bool:
     """Whether rounding a move may turn or bend a shape, or a part of it."""
-    return any(map(is_fragile, shape.parts)) if isinstance(shape, Composite) else isinstance(shape, FRAGILE)
+    return any(isinstance(part, FRAGILE) for part in portions(shape))
 
 
 def leverage(shape: Proxy) -> Array | float:
     """By how much the rounding of a move grows: rounding the ends of a flat disc's axis turns the disc."""
-    if isinstance(shape, Composite):
-        return np.asarray(np.max([np.broadcast_to(leverage(part), len(shape)) for part in shape.parts], axis=0))
-    if isinstance(shape, Cylinder):
-        return 1.0 + shape.radius / norm(shape.q - shape.p)
-    return 1.0
+    found: Array | float = 1.0
+    for part in portions(shape):
+        if isinstance(part, Cylinder):
+            found = np.maximum(found, 1.0 + part.radius / norm(part.q - part.p))
+    return found
 
 
 def _rounding(u: Array, v: Array) -> Array:
@@ -455,7 +467,9 @@ def past(ray: Ray, b: Proxy) -> Array:
 
 def tested(shape: Proxy) -> Proxy:
     """The shape as one that a point can be tested against: two points are no cell of the table."""
-    return Capsule(shape.position, shape.position, np.zeros(len(shape))) if isinstance(shape, Point) else shape
+    if not isinstance(shape, Point):
+        return shape
+    return world_of(shape).rounded(shape.position, shape.position, np.zeros(len(shape)))
 
 
 def cube_on(point: Array, outward: Array, half: Array) -> Box:

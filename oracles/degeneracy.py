@@ -18,6 +18,7 @@ from oracles.motion import Motion
 from oracles.reference import signed
 from oracles.scene import Scene
 from oracles.sweep_reference import first_contacts
+from oracles.world import world_of
 from refimpl import Box, Capsule, HalfSpace, Point, Proxy, Ray
 from refimpl.linear import Array, apply, dot, norm, rotation_matrix
 from refimpl.supports import support
@@ -95,8 +96,8 @@ def gaps_of(a: Proxy, b: Proxy) -> list[tuple[float, ...]]:
     every = np.ones(len(a), dtype=bool)
     if not isinstance(a, Ray):
         return list(zip(_highest(signed(a, b, every)), strict=True))
-    way = Capsule(a.origin, a.at(past(a, b)), np.zeros(len(a)))
-    starts = Point(a.origin)
+    world = world_of(a)
+    way, starts = world.rounded(a.origin, a.at(past(a, b)), np.zeros(len(a))), world.point(a.origin)
     return list(zip(_highest(signed(starts, b, every)), _highest(signed(way, b, every)), strict=True))
 
 
@@ -207,6 +208,7 @@ def _facing(scene: Scene, a: Look, b: Look, gap: float) -> bool:
 
 def _width(shape: Proxy, n: Array) -> float:
     """Half the width of a bounded proxy along a unit direction, of one that is the same both ways."""
+    n = n[: world_of(shape).axes]
     return float(support(shape, n) + support(shape, -n)) / 2
 
 
@@ -222,10 +224,11 @@ def _of_course(scene: Scene, course: Course) -> Iterator[str]:
     first = first_contacts(scene.a[None], scene.b[None], course[None])
     relative = course.a.linear - course.b.linear
     if first.hit[0] and np.isfinite(first.normal[0]).all():
-        closing = float(dot(relative, first.normal[0]))
+        normal = world_of(scene.b).fill(first.normal)[0]
+        closing = float(dot(relative, normal))
         if abs(closing) <= GRAZING * float(norm(relative)):
             yield "grazing"
-        if _is_nothing(np.cross(relative, first.normal[0]), float(norm(relative)) or 1.0):
+        if _is_nothing(np.cross(relative, normal), float(norm(relative)) or 1.0):
             yield "head on"
     elif not first.hit[0]:
         yield "behind"

@@ -23,9 +23,10 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from oracles.impact_stages import TARGETS
+from oracles.impact_stages import STAGED
 from oracles.motion import Motion
 from oracles.scene import DISTANCE, IMPACT, QUERIES, RAYCAST, SWEEP
+from oracles.world import is_flat
 from refimpl.shapes import Point, Proxy, Ray
 
 if TYPE_CHECKING:
@@ -56,7 +57,12 @@ WIDTH = 27
 VELOCITIES = ("velocity_a", "angular_a", "velocity_b", "angular_b")
 """Columns that answer an impact."""
 
-NOT_STAGED = f"impacts are staged for {', '.join(f'{a.__name__}–{b.__name__}' for a, b in TARGETS)}"
+NOT_STAGED = f"impacts are staged for {', '.join(f'{a.__name__}–{b.__name__}' for a, b in STAGED)}"
+
+NOT_FLAT, NOT_IN_SPACE = (
+    "an engine of space, which has no flat shapes",
+    "an engine of the plane, all of whose shapes are flat",
+)
 
 NAN = float("nan")
 NOWHERE = (NAN, NAN, NAN)
@@ -313,6 +319,8 @@ class Engine(ABC):
     """
 
     name: ClassVar[str]
+    flat: ClassVar[bool] = False
+    """Whether it is an engine of the plane, and not of space."""
     velocity_limit: ClassVar[float] = float("inf")
     """Largest coordinate of a velocity, where the convention CLAMPED says that there is one."""
     thresholds: ClassVar[Mapping[str, float]] = MappingProxyType({})
@@ -333,17 +341,23 @@ class Engine(ABC):
         """Whether and how the engine answers a cell."""
         if query not in QUERIES:
             raise ValueError(f"no query {query!r}; there are {', '.join(QUERIES)}")
-        if query == RAYCAST and not (A is Ray and B.is_solid):
-            return unsupported("a raycast is a Ray against a solid")
-        if query != RAYCAST and Ray in (A, B):
-            return unsupported("a Ray is for raycast")
-        if A is Point and B is Point:
-            return unsupported("two points are no pair of the table")
+        if senseless := self._senseless(query, A, B):
+            return unsupported(senseless)
         if query == IMPACT:
-            return self._impact_support(A, B) if (A, B) in TARGETS else unsupported(NOT_STAGED)
+            return self._impact_support(A, B) if (A, B) in STAGED else unsupported(NOT_STAGED)
         if query == SWEEP:
             return self._sweep_support(A, B)
         return self._support(query, A, B)
+
+    def _senseless(self, query: str, A: Kind, B: Kind) -> str:
+        """Why a query on two types makes no sense, or none of this engine's world; empty where it does."""
+        if not is_flat(A) == is_flat(B) == self.flat:
+            return NOT_IN_SPACE if self.flat else NOT_FLAT
+        if query == RAYCAST:
+            return "" if issubclass(A, Ray) and B.is_solid else "a raycast is a Ray against a solid"
+        if issubclass(A, Ray) or issubclass(B, Ray):
+            return "a Ray is for raycast"
+        return "two points are no pair of the table" if issubclass(A, Point) and issubclass(B, Point) else ""
 
     def _impact_support(self, A: Kind, B: Kind) -> Support:
         """Support of impacts, in a cell that makes sense; none, unless an adapter says so."""

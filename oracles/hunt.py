@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from oracles.answers import add_to_digest
-from oracles.bench import Bench
+from oracles.bench import MANY_EXAMPLES, Bench
 from oracles.clock import timed
 from oracles.clumsiness import clumsiness
 from oracles.constants import constants_of
@@ -25,7 +25,6 @@ from oracles.steering import strain
 from oracles.strategies import scenes
 from oracles.words import decade_of
 
-MANY_EXAMPLES = 150
 MANY_SCENES, MANY_PROOFS = 500, 60
 """Scenes and proofs of a hunt, the steps of shrinking included: numbers and no deadline, so that the same seed brings
 the same on any machine."""

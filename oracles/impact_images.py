@@ -51,7 +51,7 @@ def _told(answers: Answers, rows: Rows | None = None) -> Velocities:
 
 
 def _motion(asked: Asked) -> Motion:
-    assert asked.motion is not None
+    assert isinstance(asked.motion, Motion)
     return asked.motion
 
 

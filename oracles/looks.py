@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from refimpl import Proxy
+from oracles.world import PLANE
+from refimpl import Proxy, flat
 from refimpl.linear import Array, apply, norm, rotation_matrix
 from refimpl.shapes import (
     AABB,
@@ -120,6 +121,31 @@ def _units(directions: Array) -> Array:
     return np.asarray(scaled / norm(scaled)[:, None])
 
 
+def _in_space(vectors: Array) -> Array:
+    """Vectors of the plane as such of space."""
+    return PLANE.fill(np.asarray(vectors))
+
+
+def _segment(shape: Any) -> Look:
+    half, radius = float(norm(shape.q - shape.p)) / 2, float(shape.radius)
+    axes = _in_space(_units((shape.q - shape.p)[None]))
+    return Look(_in_space(shape.reference_point), half + radius, radius, axes, line=bool(len(axes)))
+
+
+def _rectangle(shape: Any) -> Look:
+    halves = (shape.upper - shape.lower) / 2
+    return _boxed(_in_space(shape.reference_point), halves, np.eye(3)[:2])
+
+
+def _polygon(shape: Any) -> Look:
+    corners, normals = shape.outline.corners, _units(shape.outline.normals)
+    reach = corners @ normals.T
+    halves = (reach.max(axis=0) - reach.min(axis=0)) / 2
+    size = float((corners.max(axis=0) - corners.min(axis=0)).max()) / 2
+    thin = min(size, float(halves.min(initial=math.inf)))
+    return Look(_in_space(shape.reference_point), size, thin, _in_space(normals))
+
+
 LOOKS: dict[type[Proxy], Callable[[Any], Look]] = {
     Point: lambda s: Look(s.position, 0.0, 0.0, NO_AXES),
     Ray: lambda s: Look(s.origin, math.inf, math.inf, _units(s.direction[None]), line=True),
@@ -134,4 +160,12 @@ LOOKS: dict[type[Proxy], Callable[[Any], Look]] = {
     ConvexPolyhedron: _hull,
     Polyhedron: _mesh,
     Composite: _union,
+    flat.FlatPoint: lambda s: Look(_in_space(s.position), 0.0, 0.0, NO_AXES),
+    flat.FlatRay: lambda s: Look(
+        _in_space(s.origin), math.inf, math.inf, _in_space(_units(s.direction[None])), line=True
+    ),
+    flat.Disc: lambda s: Look(_in_space(s.center), float(s.radius), float(s.radius), NO_AXES),
+    flat.Segment: _segment,
+    flat.Rectangle: _rectangle,
+    flat.ConvexPolygon: _polygon,
 }

@@ -23,10 +23,9 @@ from oracles.accuracy import (
     Spread,
 )
 from oracles.engine import Status
-from oracles.scene import QUERIES
+from oracles.scene import PAIRS, QUERIES
 from oracles.sheets import Sheet
 from oracles.store import answers_of
-from refimpl.pairs import TABLE
 
 COLUMNS = "engine, query, pair, regime, status, verdict, error, size, gap, aspect"
 RANKS = "quantile_disc({0}, 0.5), quantile_disc({0}, 0.99), max({0})"
@@ -126,7 +125,7 @@ def _as_a_whole(row: Errors, worst_in: str, proven: Mapping[ExtremeKey, float]) 
     )
 
 
-_PLACES = {"": -1} | {f"{a.__name__}–{b.__name__}": place for place, (a, b) in enumerate(TABLE)}
+_PLACES = {"": -1} | {f"{a.__name__}–{b.__name__}": place for place, (a, b) in enumerate(PAIRS)}
 
 
 def _order(row: Errors) -> tuple[object, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -11,11 +11,12 @@ from pathlib import Path
 from oracles.adapters import require_sound
 from oracles.batch import PairKey
 from oracles.bench import Setup, Workshop, workshop
-from oracles.engine import EngineUnavailable
+from oracles.engine import Engine, EngineUnavailable
 from oracles.outcome import Run, SupportNote
 from oracles.recipes import reasons_of
 from oracles.scene import cells, cells_of
 from oracles.store import Store
+from oracles.world import is_flat
 
 
 def shop_of(setup: Setup) -> Workshop:
@@ -35,9 +36,11 @@ def shop_of(setup: Setup) -> Workshop:
     return shop
 
 
-def wanted_pairs(names: Sequence[str] | None) -> list[PairKey]:
-    """Pairs of these names, or all, by name."""
-    found = {(c.type_a, c.type_b) for c in cells() if not names or c.pair in names}
+def wanted_pairs(names: Sequence[str] | None, engines: Iterable[Engine] = ()) -> list[PairKey]:
+    """Pairs of these names, or all of the engines' worlds, by name."""
+    worlds = {engine.flat for engine in engines} or {False, True}
+    every = [cell for cell in cells() if is_flat(cell.type_a) in worlds]
+    found = {(c.type_a, c.type_b) for c in (cells() if names else every) if not names or c.pair in names}
     return sorted(found, key=lambda p: (p[0].__name__, p[1].__name__))
 
 
@@ -83,6 +86,7 @@ def store_of(
         "pairs": [f"{a.__name__}-{b.__name__}" for a, b in pairs],
         "call limit": shop.setup.call_limit,
         "models": shop.setup.models,
+        "examples": shop.setup.examples,
     }
     if resume:
         return Store.go_on(folder, manifest)

@@ -15,7 +15,8 @@ from oracles.bodies import IDENTITY, Body
 from oracles.builds import Bodies
 from oracles.draws import Draws
 from oracles.reference import UNIONS
-from refimpl import Capsule, HalfSpace, Proxy, Ray, distance
+from oracles.world import world_of
+from refimpl import HalfSpace, Proxy, Ray, distance
 from refimpl.linear import Array, Bools, apply, dot, norm, quaternion_product, rotation_matrix, scale
 
 STEPS = 4
@@ -67,7 +68,7 @@ class Draft:
             sigma, normal = signed_gap(self.a[rows], b[rows])
             ends = np.isfinite(sigma)
             move = np.where(ends, self.gap[rows] - np.where(ends, sigma, 0.0), 0.0)
-            shift = np.zeros((len(b), 3))
+            shift = np.zeros_like(b.reference_point)
             shift[rows] = scale(move, np.where(ends[:, None], normal, 0.0))
             b = b.translated(shift)
             rows = rows[np.abs(move) > 1e-12 * b.magnitude[rows]]
@@ -78,7 +79,7 @@ def signed_gap(a: Proxy, b: Proxy) -> tuple[Array, Array]:
     """Signed distance and normal; a ray counts as a segment that reaches past the other."""
     if isinstance(a, Ray):
         far = 2.0 + (norm(b.reference_point - a.origin) + 4.0 * b.magnitude) / norm(a.direction)
-        a = Capsule(a.origin, a.at(far), np.zeros(len(a)))
+        a = world_of(a).rounded(a.origin, a.at(far), np.zeros(len(a)))
     found = distance(a, b)
     return found.distance, found.normal
 

@@ -9,6 +9,8 @@ import numpy as np
 from oracles.scene import Cell, Scene
 from oracles.solids import AXES, CORNERS, CUBE
 from oracles.solids import block as cube_mesh
+from oracles.world import world_of
+from refimpl import flat
 from refimpl.shapes import (
     AABB,
     KDOP,
@@ -69,6 +71,34 @@ PLAIN_BODIES: dict[type[Proxy], tuple[Proxy, ...]] = {
     ),
 }
 
+BLOCK = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+PLAIN_BODIES |= {
+    flat.FlatPoint: (flat.FlatPoint(np.zeros(2)),),
+    flat.FlatRay: tuple(
+        flat.FlatRay(np.array(o), np.array(d))
+        for o in ([-2.0, 0.0], [0.0, 0.0], [-2.0, 0.5], [1.0, 0.0])
+        for d in ([1.0, 0.0], [2.0, 0.5], [1.0, 1.0], [0.0, 1.0])
+    ),
+    flat.Disc: (flat.Disc([0.0, 0.0], 1.0), flat.Disc([0.0, 0.0], 0.5)),
+    flat.Segment: (
+        flat.Segment([-1.0, 0.0], [1.0, 0.0]),
+        flat.Segment([0.0, 0.0], [0.0, 1.0]),
+        flat.Segment([0.0, 0.0], [1.0, 2.0]),
+        flat.Segment([0.0, -1.0], [0.0, 1.0], 0.5),
+    ),
+    flat.Rectangle: (
+        flat.Rectangle([-1.0, -1.0], [1.0, 1.0]),
+        flat.Rectangle([0.0, 0.0], [1.0, 1.0]),
+        flat.Rectangle([-2.0, -0.5], [2.0, 0.5]),
+        flat.Rectangle([-1.0, 0.0], [1.0, 0.0]),
+    ),
+    flat.ConvexPolygon: (
+        flat.ConvexPolygon.from_vertices(BLOCK),
+        flat.ConvexPolygon.from_vertices([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+        flat.ConvexPolygon.from_vertices([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]),
+    ),
+}
+
 OFFSETS = (
     (0.0, 0.0, 2.0),
     (2.0, 0.0, 0.0),
@@ -85,7 +115,8 @@ OFFSETS = (
 
 def plain_pairs(cell: Cell) -> Iterator[Scene]:
     """Every plain A against every plain B at a few places; always the same."""
-    for offset in OFFSETS:
+    axes = world_of(cell.type_b).axes
+    for offset in dict.fromkeys(offset[:axes] for offset in OFFSETS):
         for a in PLAIN_BODIES[cell.type_a]:
             for b in PLAIN_BODIES[cell.type_b]:
                 yield Scene(cell.query, a, b.translated(offset), "plain", "plain")

@@ -20,9 +20,9 @@ from oracles.ledger.replay import to_replay
 from oracles.scene import Cell
 from oracles.surveys import SURVEYS, load_survey
 from oracles.tasks import BulkTask, CrowdTask, HuntTask, RelateTask, ReplayTask, SurveyTask, Task
-from refimpl.pairs import TABLE
+from oracles.world import SPACE, is_flat
 
-FIRST_PASS, LARGEST_PASS = 1, 100
+FIRST_PASS, LARGEST_PASS = 1, 200
 """Scenes of each regime and pair in the first pass and in the largest: the first is to see every cell and regime once,
 and to leave time for all hunters."""
 HUNT_EVERY = 3
@@ -44,8 +44,8 @@ def first_pass(pairs: Sequence[PairKey], seed: int) -> Iterator[Task]:
 
 
 def crowds(engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
-    """Crowds before each engine's broad phase, where all pairs are asked: a crowd is of no pair."""
-    return iter([CrowdTask(engine) for engine in engines] if len(pairs) == len(TABLE) else [])
+    """Crowds before each engine's broad phase, where all pairs of space are asked: a crowd is of no pair."""
+    return iter([CrowdTask(engine) for engine in engines] if set(SPACE.table) <= set(pairs) else [])
 
 
 def surveys(engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
@@ -54,7 +54,7 @@ def surveys(engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
     An engine that answers surveys and pairs is surveyed where it is asked about pairs. A run that is about nothing but
     an engine of the user's own asks nobody else.
     """
-    if len(pairs) == len(TABLE) and any(engine in SHIPPED for engine in engines):
+    if set(SPACE.table) <= set(pairs) and any(engine in SHIPPED for engine in engines):
         for name in SURVEYS:
             others = (one for one in load_survey(name).engines if one not in SHIPPED or one in engines)
             yield from (SurveyTask(name, engine) for engine in others)
@@ -79,8 +79,9 @@ def _bulk(pairs: Sequence[PairKey], seed: int, number: int) -> Iterator[Task]:
 
 
 def _relations(targets: Sequence[tuple[str, Cell]], seed: int) -> Iterator[Task]:
-    """Relations on every pair of every engine, round after round."""
-    asked = list(dict.fromkeys((engine, (cell.type_a, cell.type_b)) for engine, cell in targets))
+    """Relations on every pair of every engine of space, round after round: they are maps of space."""
+    pairs = ((engine, (cell.type_a, cell.type_b)) for engine, cell in targets if not is_flat(cell.type_a))
+    asked = list(dict.fromkeys(pairs))
     for number in count() if asked else ():
         for index in np.random.default_rng([seed, number, 2]).permutation(len(asked)):
             engine, pair = asked[int(index)]

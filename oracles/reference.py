@@ -15,10 +15,12 @@ import numpy as np
 
 from oracles.clock import timed
 from oracles.keeping import MOST_BATCHES, kept_by_rows
+from oracles.world import world_of
 from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, distance
+from refimpl.flat import Disc, FlatPoint, FlatRay, Rectangle, Segment
 from refimpl.linear import Array, Bools, norm
 from refimpl.overlaps import resolve
-from refimpl.pairs import ITERATIVE, TABLE, Rule
+from refimpl.pairs import ITERATIVE, Rule
 from refimpl.proof import Certificate, certify, check
 from refimpl.proof.claims import Bound
 from refimpl.shapes import Composite, Polyhedron
@@ -26,7 +28,7 @@ from refimpl.shapes import Composite, Polyhedron
 Kind = type[Proxy]
 
 MOST_REMEMBERED, MOST_PROVEN = 20_000, 1_000
-QUICK: set[Kind] = {Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box}
+QUICK: set[Kind] = {Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box, FlatPoint, FlatRay, Disc, Segment, Rectangle}
 """Types whose pairs need neither search nor corners nor pieces."""
 
 UNIONS = (Polyhedron, Composite)
@@ -48,7 +50,8 @@ def is_quick(x: Kind, y: Kind) -> bool:
 
 def rule_of(x: Kind, y: Kind) -> Rule:
     """Row of the pair table for two types, in either order."""
-    return TABLE[x, y] if (x, y) in TABLE else TABLE[y, x]
+    table = world_of(x).table
+    return table[x, y] if (x, y) in table else table[y, x]
 
 
 def error_of(x: Proxy, y: Proxy) -> float:
@@ -61,7 +64,9 @@ def signed(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
 
     The two differ only for unions that overlap.
     """
-    if isinstance(x, Point) and isinstance(y, Capsule) and np.array_equal(y.p, y.q):  # a ball: of radius 0, perhaps
+    if (
+        isinstance(x, Point) and isinstance(y, Capsule | Segment) and np.array_equal(y.p, y.q)
+    ):  # a ball: of radius 0, perhaps
         sigma = np.where(wanted, norm(x.position - y.p) - y.radius, 0.0)
         return sigma, sigma
     if is_quick(type(x), type(y)):
@@ -126,11 +131,12 @@ class _Known:
 
 
 def _recalled(x: Proxy, y: Proxy) -> tuple[Array, Array]:
-    kinds, packed = (type(x), type(y)), (x.pack(), y.pack())
-    keys = [(*kinds, a.tobytes(), b.tobytes()) for a, b in zip(*packed, strict=True)]
+    (form_x, rows_x), (form_y, rows_y) = x.identity(), y.identity()
+    kinds = type(x), type(y), form_x, form_y
+    keys = [(*kinds, a.tobytes(), b.tobytes()) for a, b in zip(rows_x, rows_y, strict=True)]
     new = [i for i, key in enumerate(keys) if key not in _remembered]
     if new:
-        found = _asked(x[new], y[new])
+        found = _asked(x, y) if len(new) == len(keys) else _asked(x[new], y[new])
         for i, low, high in zip(new, *(side.tolist() for side in found), strict=True):
             _remembered[keys[i]] = low, high
     low, high = np.array([_remembered[key] for key in keys]).T

@@ -33,12 +33,13 @@ from oracles.frames import FRAMES, Frame
 from oracles.library import current
 from oracles.placed import placed_pair
 from oracles.placements import FREE, NEAR, PLACEMENTS, Draft, Pair, Placement, facing
+from oracles.world import is_flat
 from refimpl.shapes import Polyhedron
 
 BUILDS: dict[str, Build] = {
     build.__name__: build for build in (generic, aligned, sliver, size_ratio, degenerate, siblings)
 }
-COMBINED = "combined"
+COMBINED, MODELS, THRESHOLDS_OF = "combined", "models", "thresholds_of_"
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ REGIMES: dict[str, Regime] = {
     "far_away": _of_frame("far_away"),
     "single_precision": _of_frame("single_precision", generic, PLACEMENTS["nearly_touching"]),
     COMBINED: Regime(_first_line(_combined), _combined),
-    "models": Regime(_first_line(_models), _models),
+    MODELS: Regime(_first_line(_models), _models),
 }
 """The regimes that every pass asks: each idea alone or nearly so, and some combination. Counts are kept by these names;
 a scene of `combined` names its parts in its source."""
@@ -171,8 +172,13 @@ def thresholds_of(engine: Engine) -> Regime:
 
 def regimes_for(engines: Iterable[Engine]) -> dict[str, Regime]:
     """The regimes that every pass asks, and one more for each engine that declares thresholds."""
-    own = {f"thresholds_of_{engine.name}": thresholds_of(engine) for engine in engines if engine.thresholds}
+    own = {f"{THRESHOLDS_OF}{engine.name}": thresholds_of(engine) for engine in engines if engine.thresholds}
     return REGIMES | own
+
+
+def is_drawn(name: str, kinds: Iterable[Kind]) -> bool:
+    """Whether a regime has scenes of these types: models are of space."""
+    return name != MODELS or not any(map(is_flat, kinds))
 
 
 def reasons(regimes: Mapping[str, Regime] = REGIMES) -> dict[str, str]:

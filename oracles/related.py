@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles.apart import apart
+from oracles.course import Course
 from oracles.engine import VELOCITIES, Answers, Engine, Status
 from oracles.motion import Motion
 from oracles.promises import Bounds, Used, bounds_of, used
 from oracles.rules import Rules
-from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell
+from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, size_of
 from refimpl.linear import Array, Bools, norm
 from refimpl.pairs import TABLE
 from refimpl.shapes import Proxy, Ray
@@ -29,6 +30,8 @@ Carried = tuple[Proxy, Array]
 """A batch of proxies, and by how much each may be off."""
 Carry = Callable[[int, Proxy], Carried]
 Velocities = tuple[Array, ...]
+Timing = Callable[[Array, Array], Array]
+"""By how much second times contradict the first; see `oracles.sweep_images`."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ class Asked:
     cell: Cell
     a: Proxy
     b: Proxy
-    motion: Motion | None
+    motion: Motion | Course | None
     answers: Answers
 
     def __len__(self) -> int:
@@ -56,9 +59,14 @@ class Asked:
     @cached_property
     def size(self) -> Array:
         """Largest number of each scene, or largest velocity."""
-        if self.motion is not None:
-            return self.motion.speed
-        return np.maximum(self.a.magnitude, self.b.magnitude)
+        return size_of(self.a, self.b, self.motion)
+
+    @property
+    def times(self) -> Array:
+        """Times of the hits, infinite for a miss, NaN where there is neither."""
+        known = np.where(self.answers.hit == 1, self.answers.t, np.inf)
+        told = (self.answers.status == Status.ANSWERED) & ~np.isnan(self.answers.hit)
+        return np.where(told, known, np.nan)
 
     @cached_property
     def used(self) -> tuple[Used, Used]:
@@ -100,6 +108,8 @@ class Image:
         By which lengths, and velocities, are multiplied.
     alike
         `EQUAL`, `GROWN` or `OTHER`.
+    timing
+        Of sweeps what the second times must be.
     undo
         Gives the second answers' velocities as those of the first scene; takes the answers, and their rows here.
     rows
@@ -113,9 +123,10 @@ class Image:
     carry: Carry
     errors: tuple[Array, Array]
     expected: Bounds
-    motion: Motion | None = None
+    motion: Motion | Course | None = None
     factor: float = 1.0
     alike: str = EQUAL
+    timing: Timing | None = None
     undo: Callable[[Answers, NDArray[np.int_]], Velocities] | None = None
     rows: NDArray[np.int_] | None = None
 
@@ -150,7 +161,7 @@ class Image:
     def looseness(self, asked: Asked) -> Array:
         """By how much σ of the shapes that the engine effectively uses may differ from that of exact images."""
         total = self.errors[0] + self.errors[1]
-        if self.motion is not None or not np.isfinite(total).any():
+        if isinstance(self.motion, Motion) or not np.isfinite(total).any():
             return total
         after = self.used_by(asked.engine)
         for side, source in enumerate(self.sources):
@@ -186,12 +197,16 @@ def image_of(
     expected: Bounds | None = None,
     factor: float = 1.0,
     alike: str = EQUAL,
+    motion: Course | None = None,
+    timing: Timing | None = None,
 ) -> Image:
-    """Make both sides by one map; what is expected is by default what was answered."""
+    """Make both sides by one map; what is expected is by default what was answered, and courses stay as they are."""
     (a, error_a), (b, error_b) = (carry(side, asked.sides[source]) for side, source in enumerate(sources))
     bounds = asked.bounds.times(factor) if expected is None else expected
     cell = Cell(query or asked.cell.query, type(a), type(b))
-    return Image(cell, a, b, sources, carry, (error_a, error_b), bounds, factor=factor, alike=alike)
+    course = asked.motion if motion is None and query is None else motion
+    errors = error_a, error_b
+    return Image(cell, a, b, sources, carry, errors, bounds, course, factor=factor, alike=alike, timing=timing)
 
 
 # -- comparing -----------------------------------------------------------------------------------------------
@@ -224,7 +239,7 @@ def difference(asked: Asked, image: Image, answers: Answers, loose: Array) -> Di
     excess = _excess(image.expected, second.bounds, second.size) - loose
     excess = np.where(both, excess, -np.inf)
     differs, told = np.zeros(len(both), dtype=bool), np.isfinite(excess) | (excess == np.inf)
-    for part in _unlike(asked, second, image):
+    for part in _unlike(asked, second, image, loose):
         differs |= part[0]
         told |= part[1]
     return Difference(excess, differs & both, told & both)
@@ -237,9 +252,12 @@ def _excess(expected: Bounds, found: Bounds, size: Array) -> Array:
     return np.asarray(expected.excess(found) - ROUNDING * scale_of)
 
 
-def _unlike(first: Asked, second: Asked, image: Image) -> Iterator[tuple[Bools, Bools]]:
+def _unlike(first: Asked, second: Asked, image: Image, loose: Array) -> Iterator[tuple[Bools, Bools]]:
     """For each kind of answer: where the two are not alike, and where both say it."""
     if image.alike == OTHER:
+        return
+    if isinstance(first.motion, Course):
+        yield _other_times(first, second, image, loose)
         return
     one, two = first.answers, second.answers
     hits = ~np.isnan(one.hit) & ~np.isnan(two.hit) & (first.cell.query != DISTANCE)
@@ -254,10 +272,27 @@ def _unlike(first: Asked, second: Asked, image: Image) -> Iterator[tuple[Bools, 
         yield _other_velocities(first, second, image)
 
 
+def _other_times(first: Asked, second: Asked, image: Image, loose: Array) -> tuple[Bools, Bools]:
+    """Times that contradict each other by more of the way than is allowed."""
+    assert isinstance(first.motion, Course)
+    timing = image.timing or equal
+    told = ~np.isnan(first.times) & ~np.isnan(second.times)
+    contradiction = timing(np.where(told, first.times, 0.0), np.where(told, second.times, 0.0))
+    way, room = first.motion.way(first.a, first.b), first.room("value") + second.room("value") / image.factor + loose
+    with np.errstate(invalid="ignore"):
+        return told & (contradiction > 0) & ~(contradiction * way <= room), told
+
+
+def equal(first: Array, second: Array) -> Array:
+    """By how much times differ that should be the same, infinite for a miss."""
+    with np.errstate(invalid="ignore"):
+        return np.where(first == second, 0.0, np.abs(second - first))
+
+
 def _other_velocities(first: Asked, second: Asked, image: Image) -> tuple[Bools, Bools]:
     assert image.undo is not None
     assert image.rows is not None
-    assert first.motion is not None
+    assert isinstance(first.motion, Motion)
     levers = [norm(first.motion.point - body.position) for body in first.motion.bodies]
     away = np.zeros(len(first))
     with np.errstate(invalid="ignore"):

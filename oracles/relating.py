@@ -11,8 +11,7 @@ from oracles.clock import timed
 from oracles.outcome import Outcome
 from oracles.reference import is_quick
 from oracles.relations import RELATIONS, relate
-from oracles.scene import IMPACT, cells_of
-from refimpl.pairs import TABLE
+from oracles.scene import IMPACT, PAIRS, SWEEP, cells_of
 
 EACH = 2
 """Scenes of each regime."""
@@ -28,11 +27,13 @@ def relating(bench: Bench, pair: PairKey, number: int, seed: int) -> Outcome:
     parts = QUICK_PARTS if is_quick(*pair) else SEARCHED_PARTS
     names = list(RELATIONS)[number % parts :: parts]
     cells = [cell for cell in cells_of(pair) if bench.supports(cell)]
-    shard = number, list(TABLE).index(pair), SHARD
+    shard = number, PAIRS.index(pair), SHARD
     with timed("scenes"):
         batches = Batch.draw(pair, seed, shard, EACH if is_quick(*pair) else 1) if cells else []
         if any(cell.query == IMPACT for cell in cells):
             batches += Batch.draw_impacts(pair, seed, shard, 1)
+        if any(cell.query == SWEEP for cell in cells):
+            batches += Batch.draw_sweeps(pair, seed, shard, 1)
     with timed("relations"):
         for batch in batches:
             for cell in (cell for cell in cells if batch.is_of(cell.query)):

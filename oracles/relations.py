@@ -19,10 +19,18 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oracles import relations_of_form, relations_of_queries, relations_of_space
+from oracles import relations_of_form, relations_of_motion, relations_of_queries, relations_of_space
 from oracles.answers import said, take
 from oracles.batch import Batch
-from oracles.claims import RAY_LATE, RAY_OFF, RAY_POINT, WRONG_BOOLEANS
+from oracles.claims import (
+    EARLY,
+    LATE,
+    RAY_LATE,
+    RAY_OFF,
+    RAY_POINT,
+    UNTOUCHED,
+    WRONG_BOOLEANS,
+)
 from oracles.course import Course
 from oracles.engine import Answers, Engine, Status, SupportKind
 from oracles.judges import Judges, finding_of
@@ -30,7 +38,7 @@ from oracles.motion import Motion
 from oracles.outcome import FINDINGS, Finding, Kind, Related, RelationKey, Verdict
 from oracles.related import Asked, Difference, Image, difference
 from oracles.relation import RELATIONS, Relation
-from oracles.scene import CONTACTS, DISTANCE, IMPACT, RAYCAST, Cell, Scene, packed_rows
+from oracles.scene import CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP, Cell, Scene, packed_rows
 from oracles.words import said_of, severity_of
 from refimpl.linear import Array, Bools
 from refimpl.pairs import TABLE
@@ -38,14 +46,20 @@ from refimpl.shapes import Proxy
 
 __all__ = ["RELATIONS", "Relation", "Relations", "question", "relate"]
 
-FAMILIES = (relations_of_space, relations_of_form, relations_of_queries)
+FAMILIES = (relations_of_space, relations_of_form, relations_of_queries, relations_of_motion)
 """Where the relations stand that are registered."""
 LOST = (Status.ERROR, Status.CRASHED, Status.TIMED_OUT)
 ABOUT_HITS = set(WRONG_BOOLEANS)
-ABOUT_TIMES = {RAY_OFF, RAY_LATE, RAY_POINT}
+ABOUT_TIMES = {RAY_OFF, RAY_LATE, RAY_POINT, EARLY, LATE, UNTOUCHED}
 """Symptoms that explain why two hits, or times of hits, differ."""
-ASPECTS = {DISTANCE: "distance", CONTACTS: "depth", RAYCAST: "time of the hit", IMPACT: "velocities"}
-HITS = {RAYCAST: "hit"}
+ASPECTS = {
+    DISTANCE: "distance",
+    CONTACTS: "depth",
+    RAYCAST: "time of the hit",
+    SWEEP: "time of contact",
+    IMPACT: "velocities",
+}
+HITS = {RAYCAST: "hit", SWEEP: "hit"}
 MOST_PROOFS = 3
 """Contradictions of one symptom in a batch that are proven one by one; the others are counted."""
 
@@ -119,8 +133,6 @@ def relate(
         Of relations, keys of `RELATIONS`; all by default.
     """
     scenes = [batch.scene(cell.query, i) for i in range(len(batch))]
-    if isinstance(batch.motion, Course):
-        raise TypeError("there are no relations of sweeps")
     if answers is None:
         answers = _ask(bench, cell, batch.a, batch.b, batch.motion, batch.groups)
     asked = Asked(bench.engine, cell, batch.a, batch.b, batch.motion, answers)
@@ -132,7 +144,7 @@ def relate(
 
 def question(bench: Bench, name: str, scene: Scene) -> Finding | None:
     """Put one relation to one scene; answers its finding, if there is one."""
-    motion = None if scene.impact is None else scene.impact[None]
+    motion = None if scene.motion is None else scene.motion[None]
     a, b = scene.a[None], scene.b[None]
     answers = _ask(bench, scene.cell, a, b, motion, None)
     found = Relations()
@@ -141,7 +153,7 @@ def question(bench: Bench, name: str, scene: Scene) -> Finding | None:
 
 
 def _ask(
-    bench: Bench, cell: Cell, a: Proxy, b: Proxy, motion: Motion | None, groups: NDArray[np.int_] | None
+    bench: Bench, cell: Cell, a: Proxy, b: Proxy, motion: Motion | Course | None, groups: NDArray[np.int_] | None
 ) -> Answers:
     return bench.answer(cell, packed_rows(a, b, motion), groups, give_up_after=1)
 
@@ -214,8 +226,10 @@ def _suspects(bench: Bench, pair: _Pair) -> tuple[Bools, Bools]:
 
 def _explains(pair: _Pair, i: int, symptom: str) -> bool:
     """Whether a wrong answer of this symptom is a reason for two answers to differ."""
-    if pair.asked.motion is not None or pair.found.excess[i] > 0:
+    if isinstance(pair.asked.motion, Motion) or pair.found.excess[i] > 0:
         return True
+    if isinstance(pair.asked.motion, Course):
+        return symptom in ABOUT_HITS | ABOUT_TIMES
     hits = pair.asked.answers.hit[i] != pair.answers.hit[i]
     return symptom in (ABOUT_HITS if hits else ABOUT_TIMES)
 

@@ -8,11 +8,13 @@ import numpy as np
 
 from oracles.growth import CORNERS, grown, growth
 from oracles.images import refined, refined_surface, rewritten
+from oracles.motion import Motion
 from oracles.promises import Bounds
 from oracles.reference import UNIONS
 from oracles.related import GROWN, Asked, Carried, Image, image_of
 from oracles.relation import FORM, exactly, relation
 from oracles.scene import RAYCAST
+from oracles.sweep_images import no_later
 from refimpl.linear import power_of_two
 from refimpl.shapes import (
     AABB,
@@ -36,7 +38,7 @@ ROUNDED = 2.0**-48
 @relation("writing the same sets in other numbers", FORM)
 def same_sets(asked: Asked) -> Iterator[Image]:
     """Ends of a capsule, order of vertices and parts, length of a normal or quaternion mean nothing."""
-    if asked.motion is not None or all(rewritten(side) is None for side in asked.sides):
+    if isinstance(asked.motion, Motion) or all(rewritten(side) is None for side in asked.sides):
         return
     yield image_of(asked, lambda _, shape: exactly(rewritten(shape) or shape))
 
@@ -68,7 +70,7 @@ Replace = Callable[[Proxy], Carried | None]
 
 def _replaced(asked: Asked, instead: Replace) -> Iterator[Image]:
     """One image for each side that has an equal proxy of another type."""
-    if asked.motion is not None:
+    if isinstance(asked.motion, Motion):
         return
     for side, shape in enumerate(asked.sides):
         made = instead(shape)
@@ -154,8 +156,8 @@ def as_composite(asked: Asked) -> Iterator[Image]:
 
 @relation("growing a proxy", contradiction="growing a proxy moves it away")
 def larger(asked: Asked) -> Iterator[Image]:
-    """A larger set is nowhere farther: a distance never grows with it, an overlap never ends, no ray comes later."""
-    if asked.motion is not None:
+    """A larger set is nowhere farther: a distance never grows with it, an overlap never ends, no hit comes later."""
+    if isinstance(asked.motion, Motion):
         return
     by = np.ldexp(1.0, power_of_two(np.maximum(asked.size, np.finfo(float).tiny)) + GROWTH)
     for side, shape in enumerate(asked.sides):
@@ -171,4 +173,4 @@ def larger(asked: Asked) -> Iterator[Image]:
         bounds = Bounds(asked.bounds.low - most, asked.bounds.high - least)
         if asked.cell.query == RAYCAST:
             bounds = Bounds(np.full(len(by), -np.inf), asked.bounds.high)
-        yield image_of(asked, carry, expected=bounds, alike=GROWN)
+        yield image_of(asked, carry, expected=bounds, alike=GROWN, timing=no_later)

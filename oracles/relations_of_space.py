@@ -6,8 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from oracles import impact_images
+from oracles import impact_images, sweep_images
+from oracles.course import Course
 from oracles.images import MIRRORED, QUARTER, TURNED, Axes, moved
+from oracles.motion import Motion
 from oracles.related import Asked, Carried, Image, image_of
 from oracles.relation import MOTION, SIZE, exactly, relation, unchanged
 from oracles.scene import RAYCAST
@@ -22,6 +24,8 @@ FAR = np.array([4.0, -8.0, 2.0])
 ALONG = np.array([0.0, 8.0, 0.0])
 """How far pairs are moved, relative to the power of two above their size; along an axis where slabs must not round."""
 LARGER, SMALLER = 2.0**10, 2.0**-10
+TRAIN = np.array([2.0, -1.0, 4.0])
+"""Way of what a sweep is seen from, relative to that power of two."""
 HEAVIER = 2.0**6
 """By which masses, or velocities, are multiplied."""
 
@@ -29,15 +33,19 @@ HEAVIER = 2.0**6
 @relation("swapping A and B")
 def swapped(asked: Asked) -> Iterator[Image]:
     """The order of two proxies means nothing; engines write each pair once, and flip frames, normals and witnesses."""
-    if asked.motion is not None:
+    if isinstance(asked.motion, Motion):
         yield impact_images.exchanged(asked)
+    elif isinstance(asked.motion, Course):
+        yield sweep_images.exchanged(asked)
     elif asked.cell.query != RAYCAST:
         yield image_of(asked, unchanged, sources=(1, 0))
 
 
 def _by_axes(asked: Asked, axes: Axes) -> Iterator[Image]:
-    if asked.motion is not None:
+    if isinstance(asked.motion, Motion):
         yield impact_images.by_axes(asked, axes)
+    elif isinstance(asked.motion, Course):
+        yield sweep_images.by_axes(asked, axes)
     else:
         yield image_of(asked, lambda _, shape: exactly(axes(shape)))
 
@@ -65,11 +73,14 @@ def translated(asked: Asked) -> Iterator[Image]:
     """Only relative positions count: an origin in the wrong frame, or a fixed threshold, shows far from it."""
     size = np.maximum(asked.a.magnitude, asked.b.magnitude)
     step = np.ldexp(1.0, power_of_two(np.maximum(size, np.finfo(float).tiny)))
-    if asked.motion is not None:
+    if isinstance(asked.motion, Motion):
         yield impact_images.elsewhere(asked, scale(step, FAR))
         return
     slabs = any(isinstance(side, KDOP) or _has_slabs(side) for side in asked.sides)
     offset = scale(step, ALONG if slabs else FAR)
+    if isinstance(asked.motion, Course):
+        yield sweep_images.elsewhere(asked, offset)
+        return
 
     def carry(_: int, shape: Proxy) -> Carried:
         found = moved(shape, offset)
@@ -83,7 +94,7 @@ def _has_slabs(shape: Proxy) -> bool:
 
 
 def _by_size(asked: Asked, factor: float) -> Iterator[Image]:
-    if asked.motion is not None:
+    if isinstance(asked.motion, Motion):
         yield impact_images.at_another_size(asked, factor)
         return
 
@@ -92,6 +103,9 @@ def _by_size(asked: Asked, factor: float) -> Iterator[Image]:
         back = np.all(image.scaled(1 / factor).pack() == shape.pack(), axis=-1)
         return image, np.where(back, 0.0, np.inf)
 
+    if isinstance(asked.motion, Course):
+        yield sweep_images.at_another_size(asked, carry, factor)
+        return
     yield image_of(asked, carry, factor=factor)
 
 
@@ -109,20 +123,23 @@ def scaled_down(asked: Asked) -> Iterator[Image]:
 
 @relation("moving along with both bodies")
 def moving_along(asked: Asked) -> Iterator[Image]:
-    """Galileo's principle: seen from a train, an impact is the same; code that mixes absolute velocities is not."""
-    if asked.motion is not None:
+    """Galileo's principle: seen from a train, what moves is the same; code that mixes absolute velocities is not."""
+    if isinstance(asked.motion, Motion):
         yield impact_images.seen_from_a_train(asked)
+    if isinstance(asked.motion, Course):
+        step = np.ldexp(1.0, power_of_two(np.maximum(asked.size, np.finfo(float).tiny)))
+        yield sweep_images.moving_along(asked, scale(step, TRAIN))
 
 
 @relation("making both bodies heavier")
 def heavier(asked: Asked) -> Iterator[Image]:
     """Only the ratio of the masses counts: a unit of mass, or a threshold on one, shows."""
-    if asked.motion is not None:
+    if isinstance(asked.motion, Motion):
         yield impact_images.heavier(asked, HEAVIER)
 
 
 @relation("making both bodies quicker")
 def quicker(asked: Asked) -> Iterator[Image]:
     """Velocities after an impact are in proportion to those before: thresholds on speed, and clamps, show."""
-    if asked.motion is not None:
+    if isinstance(asked.motion, Motion):
         yield impact_images.quicker(asked, HEAVIER)

@@ -11,10 +11,12 @@ from oracles.adapters import effective_of
 from oracles.claims import LENGTH, UNIT_ERROR, Questioned
 from oracles.course import Course
 from oracles.engine import Answers, Bound, Convention, Effective, Engine, Status
+from oracles.keeping import rows_of
 from oracles.reference import error_of, kept_shape
 from oracles.scene import Cell, Scene
 from oracles.sweep_claims import SweptRows
-from refimpl import Point, Proxy, distance
+from oracles.world import world_of
+from refimpl import Proxy, distance
 from refimpl.linear import Array, Bools
 
 INSIDE_CONVENTIONS = {Convention.NO_HIT_FROM_INSIDE, Convention.TWO_SIDED_PLANE}
@@ -41,6 +43,7 @@ class Rules:
     def questioned(self, cell: Cell, a: Proxy, b: Proxy, answers: Answers, course: Course | None = None) -> Questioned:
         """Rows of a cell on the scene's own shapes; of sweeps also on what course."""
         margins, answered = (np.zeros(len(a)), np.zeros(len(a))), answers.status == Status.ANSWERED
+        answers = world_of(b).cut(answers)
         waived = frozenset(self.conventions(cell))
         if course is not None:
             return SweptRows(cell.query, a, b, *margins, answers, answered, waived, course=course)
@@ -54,7 +57,7 @@ class Rules:
 
     def effectively(self, cell: Cell, rows: Questioned) -> Questioned:
         """The same on the shapes that the engine effectively uses: the very ones given, where these are the same."""
-        given, numbers = (rows.a, rows.b), (rows.a.pack(), rows.b.pack())
+        given, numbers = (rows.a, rows.b), (rows_of(rows.a), rows_of(rows.b))
         used = effective_of(self.engine, cell, *numbers)
         a, b = (_shape(one, shape, row) for one, shape, row in zip(used, given, numbers, strict=True))
         return replace(rows, a=a, b=b, margin_a=used[0].margin, margin_b=used[1].margin)
@@ -64,8 +67,9 @@ class Rules:
         if not INSIDE_CONVENTIONS & set(self.conventions(cell)):
             return np.zeros(len(rows.a), dtype=bool)
         allowed = self.allowed(cell, "value", rows.size)
-        inside = distance(Point(rows.a.pack()[:, :3]), rows.b).distance <= allowed
-        point = rows.hit_point()
+        point, world = rows.hit_point(), rows.world
+        start = world.point(rows_of(rows.a)[:, : world.axes])
+        inside = distance(start, rows.b).distance <= allowed
         surface = np.abs(distance(point, rows.b).distance) <= allowed + error_of(point, rows.b) * rows.size
         return np.asarray(inside & ((rows.answers.hit == 0) | surface))
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from oracles.course import Course
 from oracles.motion import Motion
+from oracles.world import WORLDS, is_flat
 from refimpl.linear import Array
-from refimpl.pairs import TABLE
 from refimpl.shapes import Proxy, Ray
 
 DISTANCE, CONTACTS, BOOLEAN, RAYCAST = "distance", "contacts", "boolean", "raycast"
@@ -24,7 +24,9 @@ MOVING = (IMPACT, SWEEP)
 MOST_NUMBERS = 1_000_000
 """No shape of a scene from a stranger may be larger."""
 
-TYPES: dict[str, type[Proxy]] = {kind.__name__: kind for pair in TABLE for kind in pair}
+PAIRS: tuple[tuple[type[Proxy], type[Proxy]], ...] = tuple(pair for world in WORLDS for pair in world.table)
+"""Every pair of types: those of space, then those of the plane."""
+TYPES: dict[str, type[Proxy]] = {kind.__name__: kind for pair in PAIRS for kind in pair}
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,8 @@ class Cell:
 def cells() -> list[Cell]:
     """Every cell: rays are cast, all other pairs answer distance, contacts, the boolean, impacts and sweeps."""
     found = []
-    for type_a, type_b in TABLE:
-        queries = (RAYCAST,) if type_a is Ray else (DISTANCE, CONTACTS, BOOLEAN, IMPACT, SWEEP)
+    for type_a, type_b in PAIRS:
+        queries = (RAYCAST,) if issubclass(type_a, Ray) else (DISTANCE, CONTACTS, BOOLEAN, IMPACT, SWEEP)
         found += [Cell(query, type_a, type_b) for query in queries]
     return found
 
@@ -109,7 +111,7 @@ class Scene:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data from which `from_json` rebuilds the scene to the bit."""
-        shapes = [{"type": type(s).__name__, "numbers": s.pack().tolist()} for s in (self.a, self.b)]
+        shapes = [shape_to_json(s) for s in (self.a, self.b)]
         return {
             "query": self.query,
             "a": shapes[0],
@@ -124,12 +126,14 @@ class Scene:
         """Rebuild a scene; raises `ValueError` for data that is none."""
         try:
             query, regime, source = (str(data[k])[:200] for k in ("query", "regime", "source"))
-            a, b = (_shape_from_json(data[k]) for k in ("a", "b"))
+            a, b = (shape_from_json(data[k]) for k in ("a", "b"))
             motion = READ_MOTION[query](data["motion"]) if query in MOVING else None
         except (KeyError, TypeError) as error:
             raise ValueError(f"not a scene: {error}") from None
         if query not in QUERIES:
             raise ValueError(f"not a scene: unknown query {query!r}; known are {', '.join(QUERIES)}")
+        if is_flat(b) and motion is not None and motion.leaves_the_plane:
+            raise ValueError("not a scene: flat proxies move in the plane, without turning")
         return cls(query, a, b, regime, source, motion)
 
 
@@ -151,7 +155,13 @@ def packed_rows(a: Proxy, b: Proxy, motion: Motion | Course | None) -> tuple[Arr
     return first, b.pack()
 
 
-def _shape_from_json(data: Any) -> Proxy:
+def shape_to_json(shape: Proxy) -> dict[str, Any]:
+    """Plain data from which `shape_from_json` rebuilds a proxy to the bit."""
+    return {"type": type(shape).__name__, "numbers": shape.pack().tolist()}
+
+
+def shape_from_json(data: Any) -> Proxy:
+    """Rebuild a proxy; raises `ValueError`, or what indexing other data raises, for data that is none."""
     kind = TYPES.get(data["type"])
     if kind is None:
         raise ValueError(f"not a scene: unknown type {data['type']!r}; known are {', '.join(TYPES)}")

@@ -101,11 +101,12 @@ def moved(scene: Scene) -> Iterator[Scene]:
 
 def _translated(scene: Scene) -> Iterator[Scene]:
     places = [shape.reference_point for shape in (scene.a, scene.b)]
+    axes = np.arange(len(places[0]))
     offsets = [-place for place in places]
-    offsets += [np.where(np.arange(3) == i, -place, 0.0) for place in places for i in range(3) if place[i] != 0]
+    offsets += [np.where(axes == i, -place, 0.0) for place in places for i in axes if place[i] != 0]
     offsets += [np.round(place) - place for place in places]
     rows = [shape.pack()[changeable(shape)] for shape in (scene.a, scene.b)]
-    offsets += [np.where(np.arange(3) == i, -x, 0.0) for row in rows for x in row[:6].tolist() for i in range(3)]
+    offsets += [np.where(axes == i, -x, 0.0) for row in rows for x in row[:6].tolist() for i in axes]
     for offset in {tuple(o.tolist()): o for o in offsets if np.any(o != 0)}.values():
         yield from _of_both(scene, lambda shape, by=offset: shape.translated(by))
 
@@ -189,7 +190,7 @@ def _along_axes(shape: Proxy) -> Iterator[Proxy]:
 
 def _dominant(vector: Array) -> Array:
     """The vector's largest coordinate, and 0 for the others."""
-    return np.where(np.arange(3) == np.argmax(np.abs(vector)), vector, 0.0)
+    return np.where(np.arange(len(vector)) == np.argmax(np.abs(vector)), vector, 0.0)
 
 
 def _sharpened(q: Array) -> Array:

@@ -10,7 +10,7 @@ from oracles.draws import HypothesisDraws
 from oracles.engine import Engine
 from oracles.impact_regimes import impact_regimes_for
 from oracles.recipes import regimes_of
-from oracles.regimes import regimes_for
+from oracles.regimes import is_drawn, regimes_for
 from oracles.scene import IMPACT, SWEEP, Cell, Scene
 from oracles.sweep_regimes import SWEEP_REGIMES
 
@@ -21,7 +21,8 @@ def scenes(draw: st.DrawFn, cell: Cell, regimes: Sequence[str] | None = None, en
 
     Shrinks to the first regime and simple numbers.
     """
-    name = draw(st.sampled_from(list(regimes or regimes_of(cell.query, engines))))
+    pair = cell.type_a, cell.type_b
+    name = draw(st.sampled_from([n for n in regimes or regimes_of(cell.query, engines) if is_drawn(n, pair)]))
     draws = HypothesisDraws(draw)
     if cell.query == IMPACT:
         a, b, motion = impact_regimes_for(engines)[name](draws, cell.type_a, cell.type_b)

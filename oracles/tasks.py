@@ -89,7 +89,9 @@ class HuntTask(Task):
 
     def do(self, shop: Workshop) -> Outcome:
         """Search, shrink and prove."""
-        return hunting(shop.bench(self.engine), self.cell, seed=shop.setup.seed + self.number)
+        setup = shop.setup
+        bench = shop.bench(self.engine)
+        return hunting(bench, self.cell, seed=setup.seed + self.number, examples=setup.examples)
 
 
 @dataclass(frozen=True)

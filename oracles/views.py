@@ -18,6 +18,7 @@ from oracles.looks import look
 from oracles.placements import signed_gap
 from oracles.scene import Scene
 from oracles.simpler import IDENTITY, changeable, rebuilt, with_sides
+from oracles.world import is_flat
 from refimpl import Proxy, ShapeError, UnsupportedOperation
 from refimpl.linear import Array, cross, norm, perpendicular, unit_or
 from refimpl.principal import quaternion_of
@@ -38,6 +39,8 @@ FEW = 6
 
 def views(scene: Scene) -> list[Scene]:
     """The scene from where it has fewer numbers to read, the simplest first; none where there is no such place."""
+    if is_flat(scene.b):
+        return []
     origins, turns = np.array(_origins(scene)), np.array([IDENTITY, *_turns(scene)])
     offsets, turns = -np.repeat(origins, len(turns), axis=0), np.tile(turns, (len(origins), 1))
     try:

@@ -66,6 +66,13 @@ def leaves(shape: Proxy) -> list[Proxy]:
     return [shape]
 
 
+def portions(shape: Proxy) -> list[Proxy]:
+    """The same, with the surface of a mesh, of which all parts move as one, left whole."""
+    if isinstance(shape, Composite) and shape.mesh is None:
+        return [portion for part in shape.parts for portion in portions(part)]
+    return [shape]
+
+
 def groups(parts: Sequence[Proxy], surfaces: bool = False) -> list[Group]:
     """Atoms of single proxies.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from refimpl.algorithms.surfaces import mesh_heights
-from refimpl.atoms import leaves
+from refimpl.atoms import leaves, portions
 from refimpl.linear import Array, norm
 from refimpl.proxy import Proxy
 from refimpl.shapes import HalfSpace, Point, Polyhedron
@@ -13,7 +13,7 @@ from refimpl.shapes import HalfSpace, Point, Polyhedron
 
 def are_cut(a: Proxy, b: Proxy) -> bool:
     """Whether one of two unions holds a mesh that is no single piece: only then are balls larger than pieces are."""
-    return any(isinstance(leaf, Polyhedron) and not leaf.solid.is_convex for leaf in (*leaves(a), *leaves(b)))
+    return any(isinstance(leaf, Polyhedron) and not leaf.solid.is_convex for leaf in (*portions(a), *portions(b)))
 
 
 def depth_of_balls(a: Proxy, b: Proxy, middle: Array) -> Array:

@@ -6,10 +6,13 @@ Bounding volumes contain their proxy as exact sets: whatever is rounded is round
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
+from refimpl.flat.base import Flat
+from refimpl.flat.polygon import ConvexPolygon
+from refimpl.flat.shapes import Disc, FlatPoint, Rectangle, Segment
 from refimpl.intervals import plus_rounded
 from refimpl.linear import (
     Array,
@@ -42,8 +45,14 @@ __all__ = ["aabb", "bounding_sphere", "support", "support_point"]
 SLACK = 32 * 2.0**-53  # more than a rotation matrix, a square root and a sum of three lose together
 
 
-def aabb(shape: Proxy) -> AABB:
+@overload
+def aabb(shape: Flat) -> Rectangle: ...  # type: ignore[overload-overlap]
+@overload
+def aabb(shape: Proxy) -> AABB: ...
+def aabb(shape: Proxy) -> AABB | Rectangle:
     """Axis-aligned bounding box: contains the proxy, and is larger than the smallest by rounding only.
+
+    That of a flat proxy is a `Rectangle`.
 
     Raises
     ------
@@ -52,11 +61,18 @@ def aabb(shape: Proxy) -> AABB:
     """
     bounds = rule_for(BOXES, shape, "bounding box")
     exponent = _exponent(shape)
-    return AABB(*bounds(shape.times_power(-exponent))).times_power(exponent)
+    kind = AABB if shape.dimension == 3 else Rectangle
+    return kind(*bounds(shape.times_power(-exponent))).times_power(exponent)
 
 
-def bounding_sphere(shape: Proxy) -> Sphere:
+@overload
+def bounding_sphere(shape: Flat) -> Disc: ...  # type: ignore[overload-overlap]
+@overload
+def bounding_sphere(shape: Proxy) -> Sphere: ...
+def bounding_sphere(shape: Proxy) -> Sphere | Disc:
     """Give a ball that contains the proxy: the smallest one for curved shapes and boxes, up to rounding.
+
+    That of a flat proxy is a `Disc`.
 
     For polytopes, meshes and unions it is one about the middle of their bounding box. Around a point its radius is the
     least double.
@@ -70,7 +86,8 @@ def bounding_sphere(shape: Proxy) -> Sphere:
     exponent = _exponent(shape)
     center, radius = ball(shape.times_power(-exponent))
     back = np.ldexp(radius, exponent)
-    return Sphere(np.ldexp(center, exponent[..., None]), np.maximum(back, np.nextafter(0.0, 1.0)))
+    kind = Sphere if shape.dimension == 3 else Disc
+    return kind(np.ldexp(center, exponent[..., None]), np.maximum(back, np.nextafter(0.0, 1.0)))
 
 
 def _exponent(shape: Proxy) -> Any:
@@ -87,7 +104,7 @@ def _about(middle: Array, reach: Array) -> Bounds:
     return plus_rounded(middle, -reach, -np.inf), plus_rounded(middle, reach, np.inf)
 
 
-def _box_of_capsule(c: Capsule) -> Bounds:
+def _box_of_capsule(c: Capsule | Segment) -> Bounds:
     reach = c.radius[..., None]
     lower, upper = np.minimum(c.p, c.q), np.maximum(c.p, c.q)
     return _about(lower, reach)[0], _about(upper, reach)[1]
@@ -141,6 +158,11 @@ BOXES: dict[type[Proxy], Callable[[Any], Bounds]] = {
     ConvexPolyhedron: lambda c: _box_of_points(*_corners(c, c.hull.vertices)),
     Polyhedron: lambda p: _box_of_points(*_corners(p, p.vertices)),
     Composite: _box_of_composite,
+    FlatPoint: lambda p: (p.position, p.position),
+    Disc: lambda s: _about(s.center, s.radius[..., None]),
+    Segment: _box_of_capsule,
+    Rectangle: lambda b: (b.lower, b.upper),
+    ConvexPolygon: lambda p: _box_of_points(p.vertices, (p.given == "lines") * SLACK * p.magnitude),
 }
 
 
@@ -160,7 +182,7 @@ def _ball_of_ends(p: Array, q: Array, radius: Array, *, round_ends: bool) -> tup
     return center, (half + radius if round_ends else np.hypot(half, radius)) * (1 + SLACK) + slack
 
 
-def _ball_of_aabb(b: AABB) -> tuple[Array, Array]:
+def _ball_of_aabb(b: AABB | Rectangle) -> tuple[Array, Array]:
     center = b.lower / 2 + b.upper / 2
     return center, norm(np.maximum(b.upper - center, center - b.lower)) * (1 + SLACK)
 
@@ -185,4 +207,9 @@ BALLS: dict[type[Proxy], Callable[[Any], tuple[Array, Array]]] = {
     ConvexPolyhedron: lambda c: _ball_of_points(*_corners(c, c.hull.vertices)),
     Polyhedron: lambda p: _ball_of_points(*_corners(p, p.vertices)),
     Composite: _ball_of_composite,
+    FlatPoint: lambda p: (p.position, np.zeros(p.batch_shape)),
+    Disc: lambda s: (s.center, s.radius),
+    Segment: lambda s: _ball_of_ends(s.p, s.q, s.radius, round_ends=True),
+    Rectangle: _ball_of_aabb,
+    ConvexPolygon: lambda p: _ball_of_points(p.outline.corners, SLACK * p.magnitude),
 }

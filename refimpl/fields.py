@@ -25,9 +25,10 @@ class UnsupportedOperation(TypeError):
     """A proxy was asked for something its type does not have; the text names the type that does."""
 
 
-def number(*, minimum: float | None = None, open_end: bool = False) -> Any:
+def number(*, minimum: float | None = None, open_end: bool = False, default: Any = None) -> Any:
     """Declare a field of one number per proxy, with the least value it may have."""
-    return field(metadata={"tail": (), "minimum": minimum, "open_end": open_end, "length": True})
+    rules = {"tail": (), "minimum": minimum, "open_end": open_end, "length": True}
+    return field(metadata=rules) if default is None else field(metadata=rules, default=default)
 
 
 def vector(
@@ -69,11 +70,12 @@ def as_positive(factor: Any) -> Array:
     return value
 
 
-def as_offset(offset: Any) -> Array:
-    """Check a translation: vectors (..., 3), finite."""
+def as_offset(offset: Any, dimension: int = 3) -> Array:
+    """Check a translation: vectors (..., dimension), finite."""
     v = as_floats(offset)
-    if v.ndim == 0 or v.shape[-1] != 3 or not np.all(np.isfinite(v)):
-        raise ShapeError(f"a translation is a finite vector (x, y, z), got {np.asarray(offset).tolist()!r}")
+    if v.ndim == 0 or v.shape[-1] != dimension or not np.all(np.isfinite(v)):
+        wanted = ", ".join("xyz"[:dimension])
+        raise ShapeError(f"a translation is a finite vector ({wanted}), got {np.asarray(offset).tolist()!r}")
     return v
 
 

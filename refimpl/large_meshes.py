@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from refimpl.algorithms.surfaces import points_surface
-from refimpl.atoms import Group, candidates, groups, leaves
+from refimpl.atoms import Group, candidates, groups, leaves, portions
 from refimpl.linear import Array, Bools, apply, apply_inverse, rotation_matrix
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
@@ -23,7 +23,7 @@ FIRST = 16  # pairs that are answered first, the most promising ones
 
 def has_large_mesh(*unions: Proxy) -> bool:
     """Whether a part of some unions is a mesh that is better not split without need."""
-    meshes = [leaf for x in unions for leaf in leaves(x) if isinstance(leaf, Polyhedron)]
+    meshes = [leaf for x in unions for leaf in portions(x) if isinstance(leaf, Polyhedron)]
     return any(len(mesh.triangles) > FEW_FACES and not mesh.solid.is_convex for mesh in meshes)
 
 

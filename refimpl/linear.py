@@ -19,8 +19,9 @@ FEW = 16
 
 
 def dot(u: Array, v: Array) -> Array:
-    """Scalar product over the last axis."""
-    return np.asarray(u[..., 0] * v[..., 0] + u[..., 1] * v[..., 1] + u[..., 2] * v[..., 2])
+    """Scalar product over the last axis, of three coordinates, or of two in the plane."""
+    flat = u[..., 0] * v[..., 0] + u[..., 1] * v[..., 1]
+    return np.asarray(flat if u.shape[-1] == 2 else flat + u[..., 2] * v[..., 2])
 
 
 def cross(u: Array, v: Array) -> Array:
@@ -68,8 +69,11 @@ def unit_or(v: Array, fallback: Array) -> tuple[Array, Array]:
 def perpendicular(v: Array) -> Array:
     """Some unit vector at right angles to `v`; any unit vector where `v` is zero.
 
-    The axis along which `v` is shortest is crossed with `v`, so nothing cancels (Hughes and Möller 1999).
+    The axis along which `v` is shortest is crossed with `v`, so nothing cancels (Hughes and Möller 1999). In the plane
+    it is the one to the left.
     """
+    if v.shape[-1] == 2:
+        return unit_or(np.stack([-v[..., 1], v[..., 0]], axis=-1), np.eye(2)[0])[0]
     shortest = np.argmin(np.abs(v), axis=-1)
     axis = np.eye(3)[shortest]
     return unit_or(cross(axis, v), np.eye(3)[(shortest + 1) % 3])[0]

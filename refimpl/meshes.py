@@ -110,6 +110,15 @@ def _open(ends: str, faces: list[int]) -> str:
 
 
 def _require_embedded(points: Points, vertices: Array, triangles: Triangles) -> None:
+    first, second, number = crossings(points, triangles)
+    if len(first):
+        f, g = (_face(vertices, triangles, int(i[0])) for i in (first, second))
+        how = "twice the same face" if number[0] == 3 else "self-intersecting"
+        raise MeshError(f"{how}: {f} and {g} meet beyond the corners they share ({len(first)} such pairs)")
+
+
+def crossings(points: Points, triangles: Triangles) -> tuple[Indices, Indices, Indices]:
+    """Pairs of faces that meet beyond the corners they share, and how many corners those are; exact."""
     first, second = _near_faces(points.near[triangles])
     shared = triangles[first][:, :, None] == triangles[second][:, None, :]
     number = shared.sum(axis=(1, 2))
@@ -118,11 +127,7 @@ def _require_embedded(points: Points, vertices: Array, triangles: Triangles) -> 
         chosen = np.flatnonzero(rows)
         if len(chosen):
             bad[chosen] = test(points, triangles[first[chosen]], triangles[second[chosen]], shared[chosen])
-    if np.any(bad):
-        row = int(np.argmax(bad))
-        f, g = (_face(vertices, triangles, int(i[row])) for i in (first, second))
-        how = "twice the same face" if number[row] == 3 else "self-intersecting"
-        raise MeshError(f"{how}: {f} and {g} meet beyond the corners they share ({np.sum(bad)} such pairs)")
+    return first[bad], second[bad], number[bad]
 
 
 def _near_faces(corners: Array) -> tuple[Indices, Indices]:

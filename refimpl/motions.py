@@ -48,6 +48,19 @@ class Translation(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class FlatTranslation(Translation):
+    """The motion x(t) = x + t·vector in the plane.
+
+    Parameters
+    ----------
+    vector : (..., 2)
+        The way of the whole motion, from t = 0 to 1; zero is rest.
+    """
+
+    vector: Array = vector(width=2)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class RigidMotion(Record):
     """The motion x(t) = center + t·linear + R(t·angular)·(x − center), with constant velocities.
 
@@ -91,12 +104,16 @@ class RigidMotion(Record):
 Motion: TypeAlias = Translation | RigidMotion
 
 REST = Translation(np.zeros(3))
+FLAT_REST = FlatTranslation(np.zeros(2))
 
 
-def as_motion(motion: Motion | None) -> Motion:
-    """Read a motion; `None` is rest."""
+def as_motion(motion: Motion | None, dimension: int = 3) -> Motion:
+    """Read a motion of a proxy of space, or of the plane; `None` is rest."""
     if motion is None:
-        return REST
+        return REST if dimension == 3 else FLAT_REST
     if not isinstance(motion, Translation | RigidMotion):
         raise TypeError(f"a motion is a Translation, a RigidMotion or None, got {type(motion).__name__}: {motion!r}")
+    if isinstance(motion, FlatTranslation) != (dimension == 2):
+        wanted = "of a flat proxy is a FlatTranslation" if dimension == 2 else "in space is no FlatTranslation"
+        raise TypeError(f"a motion {wanted}, got {motion!r}")
     return motion

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from refimpl.algorithms.surfaces import balls_mesh, mesh_heights, points_mesh
+from refimpl.algorithms.surfaces import balls_mesh, mesh_heights, points_faces, points_mesh
 from refimpl.balls import are_cut, depth_of_balls
 from refimpl.large_meshes import has_large_mesh, surfaces_apart
 from refimpl.linear import Array, Bools
 from refimpl.proxy import Proxy
 from refimpl.results import Separation
 from refimpl.scenes import ROUNDING, scenes
-from refimpl.shapes import Point, Polyhedron, Sphere
+from refimpl.shapes import Composite, Point, Polyhedron, Sphere
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def _completed(
 
 
 def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Array] | None:
-    """Points and balls against polyhedra, by the surface: answers, and lower bounds of depths. None for other pairs."""
+    """Points and balls against polyhedra, and points against their faces: answers, and lower bounds of depths."""
     if isinstance(a, Polyhedron) and isinstance(b, Point | Sphere):
         found, lower = balls_mesh(b, a) if isinstance(b, Sphere) else points_mesh(b, a)
         return found.flipped(), lower
@@ -81,6 +81,11 @@ def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Array] | None:
         return balls_mesh(a, b)
     if isinstance(b, Polyhedron) and isinstance(a, Point):
         return points_mesh(a, b)
+    if isinstance(a, Point) and isinstance(b, Composite) and b.mesh is not None:
+        return points_faces(a, b.mesh)
+    if isinstance(b, Point) and isinstance(a, Composite) and a.mesh is not None:
+        found, lower = points_faces(b, a.mesh)
+        return found.flipped(), lower
     return None
 
 

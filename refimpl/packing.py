@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from refimpl.algorithms.halfspaces import halfspace_halfspace, unit_plane
 from refimpl.algorithms.polytopes import own_row, table_of
 from refimpl.algorithms.rows import body_rows
-from refimpl.atoms import leaves, piece_atoms
+from refimpl.atoms import piece_atoms, portions
 from refimpl.compiling import module_for, numbers
 from refimpl.kernels import atoms
 from refimpl.kernels.bodies import AXES, CENTER, VERTICES
@@ -30,6 +30,7 @@ from refimpl.shapes import (
     KDOP,
     Box,
     Capsule,
+    Composite,
     ConvexPolyhedron,
     Cylinder,
     Ellipsoid,
@@ -78,7 +79,13 @@ class Packed:
 
 def atom_count(x: Proxy) -> int:
     """Count the convex atoms of a union."""
-    return sum(len(part.pieces) if isinstance(part, Polyhedron) else 1 for part in leaves(x))
+    return sum(map(_count, portions(x)))
+
+
+def _count(portion: Proxy) -> int:
+    if isinstance(portion, Composite):
+        return portion.sizes[0]
+    return len(portion.pieces) if isinstance(portion, Polyhedron) else 1
 
 
 def packed_pair(a: Proxy, b: Proxy, exponent: Any) -> tuple[Packed, Packed]:
@@ -90,8 +97,8 @@ def packed_pair(a: Proxy, b: Proxy, exponent: Any) -> tuple[Packed, Packed]:
 
 def packed(x: Proxy, exponent: Any) -> Packed:
     """Rows of a batch of unions; those of its half-spaces are still without the mark of what they face."""
-    parts = leaves(x)
-    counts = [atom_count(part) for part in parts]
+    parts = portions(x)
+    counts = list(map(_count, parts))
     rows = np.zeros((len(x), sum(counts), atoms.ATOM))
     rows[..., FACTOR] = 1.0
     tables: list[Array] = []
@@ -99,7 +106,9 @@ def packed(x: Proxy, exponent: Any) -> Packed:
     for part, count in zip(parts, counts, strict=True):
         mine = rows[:, start : start + count]
         if isinstance(part, Polyhedron):
-            table: Array | None = _put_pieces(part, exponent, mine)
+            table: Array | None = _put_all(_piece_rows(part.solid), part, exponent, mine)
+        elif isinstance(part, Composite) and part.mesh is not None:
+            table = _put_all(_face_rows(part.mesh.solid), part.mesh, exponent, mine)
         else:
             table = _put_atom(part, exponent, mine[:, 0])
         if table is not None:
@@ -166,9 +175,13 @@ def _scales(notes: Array) -> tuple[Array, NDArray[np.int64]]:
     return notes[:, MIDDLE : MIDDLE + 3], np.where(power == NOTHING, 0, power)
 
 
-def _put_pieces(mesh: Polyhedron, exponent: NDArray[np.int64], rows: Array) -> Array:
-    """Write the rows of the pieces of a mesh in all its placements; gives the table of their geometries."""
-    table, middles, powers = _piece_rows(mesh.solid)
+Geometries = tuple[Array, Array, NDArray[np.int64]]
+"""Rows of the geometries of a mesh's atoms, in their order, where their origins lie in its frame, and their scales."""
+
+
+def _put_all(atoms_of: Geometries, mesh: Polyhedron, exponent: NDArray[np.int64], rows: Array) -> Array:
+    """Write the rows of a mesh's atoms in all its placements; gives the table of their geometries."""
+    table, middles, powers = atoms_of
     module = module_for("placing", len(mesh) * (1 + len(middles) // MUCH))
     placements = np.concatenate([np.ldexp(mesh.position, -exponent[:, None]), mesh.rotation], axis=1)
     factors = np.ldexp(1.0, powers - exponent[:, None])
@@ -179,7 +192,8 @@ def _put_pieces(mesh: Polyhedron, exponent: NDArray[np.int64], rows: Array) -> A
     return table
 
 
-_PIECES: dict[str, tuple[Array, Array, NDArray[np.int64]]] = {}
+_PIECES: dict[str, Geometries] = {}
+_FACES: dict[str, Geometries] = {}
 _STACKED: dict[tuple[int, ...], tuple[Sequence[Array], Array]] = {}
 _one_at_a_time = RLock()
 
@@ -194,10 +208,10 @@ def _kept(store: dict[K, V], key: K, make: Callable[[], V]) -> V:
         return store[key]
 
 
-def _piece_rows(solid: Solid) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Geometries of the convex pieces of a mesh, in their order, where their origins lie in its frame, their scales."""
+def _piece_rows(solid: Solid) -> Geometries:
+    """The convex pieces of a mesh."""
 
-    def made() -> tuple[Array, Array, NDArray[np.int64]]:
+    def made() -> Geometries:
         batches = piece_atoms(solid)
         found = [table_of(batch.proxies.derived()) for batch in batches]
         order = np.argsort(np.concatenate([batch.numbers for batch in batches]))
@@ -205,6 +219,18 @@ def _piece_rows(solid: Solid) -> tuple[Array, Array, NDArray[np.int64]]:
         return _filled([rows for rows, _ in found])[order], middles, powers
 
     return _kept(_PIECES, solid.digest, made)
+
+
+def _face_rows(solid: Solid) -> Geometries:
+    """The faces of a mesh, as flat hulls."""
+
+    def made() -> Geometries:
+        derived = ConvexPolyhedron.from_vertices(solid.corners).derived()
+        table, notes = table_of(derived)
+        middles, powers = _scales(notes)
+        return table[derived.which], middles[derived.which], powers[derived.which] + derived.exponent
+
+    return _kept(_FACES, solid.digest, made)
 
 
 def _stacked(tables: Sequence[Array]) -> Array:
@@ -239,10 +265,10 @@ def _mark_facing(a: Proxy, b: Proxy, x: Packed, y: Packed) -> None:
 def _half_spaces(union: Proxy, rows: Packed) -> list[tuple[HalfSpace, Array]]:
     """Half-spaces among the parts of a union, and their rows."""
     found, start = [], 0
-    for part in leaves(union):
+    for part in portions(union):
         if isinstance(part, HalfSpace):
             found.append((part, rows.atoms[:, start]))
-        start += atom_count(part)
+        start += _count(part)
     return found
 
 

@@ -6,14 +6,10 @@ when this module is imported, not when somebody meets it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import combinations_with_replacement
-from typing import Any
 
 from refimpl.algorithms import boxes, curved, halfspaces, polytopes, rays, rounds, union_rays, unions
-from refimpl.linear import Array, Bools
-from refimpl.results import Separation
+from refimpl.rules import CLOSED, FINITE, ITERATIVE, Rule, require_rows
 from refimpl.shapes import (
     AABB,
     KDOP,
@@ -31,43 +27,7 @@ from refimpl.shapes import (
     Sphere,
 )
 
-CLOSED = "closed form"
-FINITE = "finite"
-ITERATIVE = "iterative"
-
-
-@dataclass(frozen=True)
-class Rule:
-    """How one pair of types is answered.
-
-    Attributes
-    ----------
-    function
-        Signed distance with witnesses (solids and points), or time and normal of entry (rays); takes both
-        proxies in the row's order, with exactly one batch axis.
-    exactness
-        "closed form"; "finite" for a bounded number of features or axes; "iterative" for a search that ends when
-        its proven gap has closed to rounding.
-    algorithm
-        What is computed, in the field's words.
-    meets
-        A cheaper test for `intersect`, where there is one.
-    bounds
-        The signed distance, and a length below which no translation separates; where that is not the depth itself.
-    symmetric
-        Of two proxies of one type: whether the function itself answers both orders alike, to the last bit.
-    whole
-        Whether the function takes a whole batch as it is, and scales each pair itself so that nothing overflows.
-    """
-
-    function: Callable[[Any, Any], Any]
-    exactness: str
-    algorithm: str
-    meets: Callable[[Any, Any], Bools] | None = None
-    bounds: Callable[[Any, Any], tuple[Separation, Array]] | None = None
-    symmetric: bool = False
-    whole: bool = False
-
+__all__ = ["CLOSED", "FINITE", "ITERATIVE", "PROBES", "SOLIDS", "TABLE", "Rule", "required_pairs", "table"]
 
 SOLIDS: tuple[type[Proxy], ...] = (
     Sphere, Capsule, HalfSpace, AABB, Box, KDOP, Ellipsoid, Cylinder, ConvexPolyhedron, Polyhedron, Composite,
@@ -177,11 +137,7 @@ def required_pairs() -> list[tuple[type[Proxy], type[Proxy]]]:
 
 def require_complete(rows: dict[tuple[type[Proxy], type[Proxy]], Rule]) -> None:
     """Raise LookupError for a missing row, or for one that no pair needs."""
-    missing = [pair for pair in required_pairs() if pair not in rows]
-    surplus = [pair for pair in rows if pair not in required_pairs()]
-    if missing or surplus:
-        names = ", ".join(f"({a.__name__}, {b.__name__})" for a, b in missing or surplus)
-        raise LookupError(f"the pair table {'lacks' if missing else 'has no use for'} {names}")
+    require_rows(rows, required_pairs())
 
 
 require_complete(TABLE)

@@ -48,6 +48,8 @@ class Proxy(Record):
     """What all proxies share: the arrays of a record, and isometries of the set that they mean."""
 
     is_solid: ClassVar[bool] = True
+    dimension: ClassVar[int] = 3
+    """How many coordinates its points have."""
 
     @property
     def magnitude(self) -> Array:
@@ -96,8 +98,10 @@ class Proxy(Record):
             Where the result is no proxy of this type; the text names the type that it is.
         """
         value = as_positive(factors)
-        if value.ndim == 0 or value.shape[-1] != 3:
-            raise UnsupportedOperation(f"stretching takes three factors, one for each axis, got {value.tolist()!r}")
+        if value.ndim == 0 or value.shape[-1] != self.dimension:
+            raise UnsupportedOperation(
+                f"stretching takes {self.dimension} factors, one for each axis, got {value.tolist()!r}"
+            )
         return self._stretched(value)
 
     def _stretched(self, factors: Array) -> Self:

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refimpl.compiling import batch_of
+from refimpl.flat.pairs import TABLE as FLAT_TABLE
 from refimpl.linear import Array, Bools, as_floats, largest, power_of_two, scale
 from refimpl.pairs import CLOSED, TABLE, Rule
 from refimpl.results import CollisionData, RayHit, Separation, where
 from refimpl.shapes import Composite, Polyhedron, Proxy, Ray, ShapeError, UnsupportedOperation
-from refimpl.shapes.polytope import Polytope
+from refimpl.shapes.polytope import Deriving
 from refimpl.threads import in_threads, shares
 
 CHUNK = 1024
@@ -111,7 +112,7 @@ def collide(a: Proxy, b: Proxy, inverse_mass_a: Any = 1.0, inverse_mass_b: Any =
     batch = np.shape(push_a)[:-1]
     hit = np.broadcast_to(hit, batch)
     moves = (where(hit, push, np.zeros_like(push))[()] for push in (push_a, push_b))
-    normal, on_a, on_b = (np.broadcast_to(v, (*batch, 3)) for v in (found.normal, found.on_a, found.on_b))
+    normal, on_a, on_b = (np.broadcast_to(v, push_a.shape) for v in (found.normal, found.on_a, found.on_b))
     depth, least = (np.broadcast_to(length, batch)[()] for length in (depth, least))
     return CollisionData(hit[()], normal, depth, least, on_a, on_b, *moves)
 
@@ -156,10 +157,11 @@ def _rule(a: Proxy, b: Proxy, query: str) -> tuple[Rule, bool]:
         if not isinstance(x, Proxy):
             raise TypeError(f"{query} needs two proxies, got {type(x).__name__}: {x!r}")
     pair = type(a), type(b)
-    if pair in TABLE:
-        return TABLE[pair], False
-    if pair[::-1] in TABLE:
-        return TABLE[pair[::-1]], True
+    table = TABLE if a.dimension == 3 else FLAT_TABLE
+    if pair in table:
+        return table[pair], False
+    if pair[::-1] in table:
+        return table[pair[::-1]], True
     raise UnsupportedOperation(
         f"{query}: {pair[0].__name__} against {pair[1].__name__} is not a cell of the pair table"
     )
@@ -219,7 +221,7 @@ def _flat(x: P, y: Proxy) -> tuple[P, Proxy, tuple[int, ...]]:
     except ValueError:
         raise ShapeError(f"batch shapes {x.batch_shape} and {y.batch_shape} do not broadcast") from None
     for shape in (x, y):
-        if isinstance(shape, Polytope) and shape.derives_first:
+        if isinstance(shape, Deriving) and shape.derives_first:
             shape.derived()  # once, for all slices of the batch, and kept for the next question
     return x.broadcast_to(batch).flattened(), y.broadcast_to(batch).flattened(), batch
 

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refimpl.linear import Array
-from refimpl.meshes import Triangles, directed_edges
+from refimpl.meshes import Triangles, crossings, directed_edges, shells
 from refimpl.signs import Points
 
 Mesh = tuple[Array, Triangles]
+
+NEAR = 1e-5
+"""Vertices no farther apart than this share of the mesh's diagonal become one by `merge_near`."""
 
 
 def merged(vertices: Array, triangles: Triangles) -> Mesh:
@@ -82,27 +85,84 @@ def _neighbours(triangles: Triangles) -> list[list[int]]:
 
 
 def _filled_holes(vertices: Array, triangles: Triangles) -> Mesh:
-    """Close each hole whose rim is a simple loop by a fan around its first corner."""
+    """Close each hole by a fan around the first corner of its rim; rims that touch themselves are several holes."""
     edges, _ = directed_edges(triangles)
     there = set(map(tuple, edges.tolist()))
-    rim: dict[int, int] = {v: u for u, v in there if (v, u) not in there}
+    onwards: dict[int, list[int]] = {}
+    for u, v in sorted(there):
+        if (v, u) not in there:
+            onwards.setdefault(v, []).append(u)
     added = []
-    while rim:
-        start, here = next(iter(rim.items()))
-        del rim[start]
-        loop = [start]
-        while here != start and here in rim:
-            loop.append(here)
-            here = rim.pop(here)
-        if here == start:
-            added += [[start, loop[i], loop[i + 1]] for i in range(1, len(loop) - 1)]
+    for start in sorted(onwards):
+        path = [start]
+        while onwards.get(path[-1]):
+            here = onwards[path[-1]].pop()
+            if here in path:  # a loop is closed; what led to it may still belong to another
+                loop = path[path.index(here) :]
+                del path[path.index(here) + 1 :]
+                added += [[loop[0], loop[i], loop[i + 1]] for i in range(1, len(loop) - 1)]
+            else:
+                path.append(here)
     return vertices, np.concatenate([triangles, np.array(added, dtype=np.int64).reshape(-1, 3)])
 
 
+def _merged_near(vertices: Array, triangles: Triangles) -> Mesh:
+    """Make chains of near vertices one, which stays where the first of them is, and leave out faces that collapse."""
+    from scipy.sparse import coo_matrix  # noqa: PLC0415  slow to import
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+    from scipy.spatial import cKDTree  # noqa: PLC0415
+
+    reach = NEAR * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    pairs = cKDTree(vertices).query_pairs(reach, output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(vertices), len(vertices)))
+    _, label = connected_components(graph, directed=False)
+    _, first = np.unique(label, return_index=True)
+    made = label[triangles].astype(np.int64)
+    whole = (made[:, 0] != made[:, 1]) & (made[:, 1] != made[:, 2]) & (made[:, 2] != made[:, 0])
+    return vertices[first], made[whole]
+
+
+def _without_crossing(vertices: Array, triangles: Triangles) -> Mesh:
+    first, second, _ = crossings(Points(vertices), triangles)
+    return vertices, np.delete(triangles, np.union1d(first, second), axis=0)
+
+
+def _largest_surface(vertices: Array, triangles: Triangles) -> Mesh:
+    """Keep the connected surface of the largest box."""
+    label = shells(triangles, len(vertices))
+    parts = [triangles[label == i] for i in range(int(label.max(initial=-1)) + 1)]
+    if not parts:
+        return vertices, triangles
+    return vertices, max(parts, key=lambda part: float(np.linalg.norm(np.ptp(vertices[part.ravel()], axis=0))))
+
+
+def _hull(vertices: Array, triangles: Triangles) -> Mesh:
+    """Faces of the convex hull; of a mesh that is flat, none."""
+    from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415  slow to import
+
+    try:
+        found = ConvexHull(vertices[np.unique(triangles)])
+    except (QhullError, ValueError):
+        return vertices, triangles[:0]
+    corners, faces = found.points, found.simplices.astype(np.int64)
+    x, y, z = (corners[faces[:, k]] for k in range(3))
+    inwards = np.sum(np.cross(y - x, z - x) * found.equations[:, :3], axis=1) < 0
+    faces[inwards] = faces[inwards][:, ::-1]
+    return corners, faces
+
+
 REPAIRS: dict[str, Callable[[Array, Triangles], Mesh]] = {
+    "merge_near": _merged_near,
     "drop_degenerate": _without_degenerate,
     "drop_duplicates": _without_doubles,
+    "drop_crossing": _without_crossing,
+    "keep_largest": _largest_surface,
     "turn_outwards": _turned_outwards,
     "fill_holes": _filled_holes,
+    "hull": _hull,
 }
-"""What can be done about a mesh, by name: faces without area, faces given twice, faces turned over, open rims."""
+"""What can be done about a mesh, by name.
+
+Near vertices become one; faces without area, given twice, or crossing others are left out; of several surfaces the
+largest stays; faces turned over are turned back; open rims are closed; the convex hull takes the mesh's place.
+"""

@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from refimpl.flat.difference import outline_of, radius_of
+from refimpl.flat.polygon import ConvexPolygon
+from refimpl.flat.shapes import Disc, FlatPoint, Rectangle, Segment
 from refimpl.linear import (
     Array,
     apply,
@@ -126,7 +129,7 @@ def _farthest(vertices: Array, n: Array) -> Array:
     """Of points (..., m, 3) the first that is farthest along n (..., 3)."""
     heights = dot(vertices, n[..., None, :])
     best = np.argmax(heights, axis=-1)[..., None, None]
-    full = np.broadcast_to(vertices, (*heights.shape, 3))
+    full = np.broadcast_to(vertices, (*heights.shape, vertices.shape[-1]))
     return np.asarray(np.take_along_axis(full, best, axis=-2)[..., 0, :])
 
 
@@ -149,6 +152,12 @@ def _support_composite(c: Composite, n: Array) -> Array:
     return _farthest(points, n)
 
 
+def _support_flat(shape: Any, n: Array) -> Array:
+    """Farthest corner of a flat proxy's outline, and from there as far as the radius."""
+    corners, radius = outline_of(shape).corners, radius_of(shape)
+    return _farthest(corners, n) + scale(radius, unit_or(n, np.eye(2)[0])[0])
+
+
 SUPPORTS: dict[type[Proxy], Callable[[Any, Array], Array]] = {
     Point: lambda p, n: np.broadcast_to(p.position, np.broadcast_shapes(p.position.shape, n.shape)),
     Sphere: _support_sphere,
@@ -161,4 +170,9 @@ SUPPORTS: dict[type[Proxy], Callable[[Any, Array], Array]] = {
     ConvexPolyhedron: _support_convex,
     Polyhedron: _support_polyhedron,
     Composite: _support_composite,
+    FlatPoint: _support_flat,
+    Disc: _support_flat,
+    Segment: _support_flat,
+    Rectangle: _support_flat,
+    ConvexPolygon: _support_flat,
 }

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from refimpl import flat
 from refimpl.linear import Array
 from refimpl.shapes import (
     AABB,
@@ -27,7 +28,13 @@ from refimpl.shapes import (
 FEWEST, MOST = 3, 17
 """Significant digits of a number: enough to be read, and enough for any double."""
 
-NOUNS: dict[type[Proxy], str] = {Point: "point", Ray: "ray", HalfSpace: "half-space"}
+NOUNS: dict[type[Proxy], str] = {
+    Point: "point",
+    Ray: "ray",
+    HalfSpace: "half-space",
+    flat.FlatPoint: "point of the plane",
+    flat.FlatRay: "ray of the plane",
+}
 """Those of which all are alike."""
 
 
@@ -99,8 +106,24 @@ def _noun(shape: Proxy) -> str:
         case Composite():
             size = f"union of {len(shape.parts)} {'part' if len(shape.parts) == 1 else 'parts'}"
         case _:
-            size = NOUNS.get(type(shape), type(shape).__name__)
+            size = _flat_noun(shape)
     return size
+
+
+def _flat_noun(shape: Proxy) -> str:
+    """The noun of a flat proxy, or of one of which all are alike."""
+    match shape:
+        case flat.Disc():
+            return f"disc of radius {_size(shape.radius)}"
+        case flat.Segment():
+            radius = f" and radius {_size(shape.radius)}" if shape.radius > 0 else ""
+            return f"segment of length {_length(shape.q - shape.p)}{radius}"
+        case flat.Rectangle():
+            return _cuboid("rectangle", shape.upper - shape.lower)
+        case flat.ConvexPolygon():
+            return f"convex polygon of {len(shape.outline.corners)} corners"
+        case _:
+            return NOUNS.get(type(shape), type(shape).__name__)
 
 
 def _cuboid(name: str, extents: Array) -> str:

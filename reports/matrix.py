@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from oracles.outcome import COMPARED, FINDINGS, Kind, Run
 from oracles.scene import QUERIES, cells
-from refimpl.pairs import PROBES, SOLIDS
+from oracles.world import SPACE, WORLDS, World
 from reports import text
 from reports.tables import EMULATED, UNSUPPORTED, CellKey, Column, Entry, Table, engines, grouped, state_of, total
 
@@ -55,14 +55,18 @@ def anchor(pair: str) -> str:
 
 
 def overviews(run: Run) -> tuple[Table, ...]:
-    """Types against types, a triangle for each engine: the worst that its queries on a pair have shown."""
-    counts = grouped(run, "engine", "query", "pair")
-    columns = [kind.__name__ for kind in SOLIDS]
-    queries = queries_of_pairs()
+    """Types against types, a triangle for each engine and world: the worst that its queries on a pair have shown.
 
-    def table(engine: str) -> Table:
+    The plane is left out of engines that have been asked nothing there, and space of those of the plane.
+    """
+    counts = grouped(run, "engine", "query", "pair")
+    queries = queries_of_pairs()
+    asked = {(key[0], key[2]) for key, note in run.support.items() if note.kind != UNSUPPORTED}
+
+    def table(engine: str, world: World) -> Table:
         found = []
-        for row in (*(kind.__name__ for kind in PROBES), *columns):
+        columns = [kind.__name__ for kind in world.solids]
+        for row in (*(kind.__name__ for kind in world.probes), *columns):
             pairs = (f"{row}–{column}" for column in columns)
             cells_of_row = (
                 _overview_entry(run, engine, pair, queries[pair], counts) if pair in queries else Entry("")
@@ -72,7 +76,16 @@ def overviews(run: Run) -> tuple[Table, ...]:
         heading = f"{text.visible(engine)}: the worst over all queries of a pair, with how often it was seen"
         return Table(heading, (Column(""), *map(Column, columns)), tuple(found))
 
-    return tuple(map(table, engines(run)))
+    def worlds(engine: str) -> list[World]:
+        names = _pairs_of_worlds()
+        return [world for world in WORLDS if any((engine, pair) in asked for pair in names[world])] or [SPACE]
+
+    return tuple(table(engine, world) for engine in engines(run) for world in worlds(engine))
+
+
+def _pairs_of_worlds() -> dict[World, set[str]]:
+    """Names of the pairs of each world."""
+    return {world: {f"{a.__name__}–{b.__name__}" for a, b in world.table} for world in WORLDS}
 
 
 def _overview_entry(
@@ -92,7 +105,7 @@ def _overview_entry(
 
 
 def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
-    """Pairs by engine and query; rays, which have a query of their own, come last.
+    """Pairs by engine and query, of space and of the plane; rays, which have a query of their own, come last in each.
 
     Pairs that no engine was asked are left out, and counted in the caption.
 
@@ -105,9 +118,9 @@ def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
     queries = queries_of_pairs()
     known = {pair for _, _, pair in (*run.support, *counts)}
 
-    def table(asked: tuple[str, ...]) -> Table:
-        keys = [(engine, query) for engine in engines(run) for query in asked]
-        every = [pair for pair, its_queries in queries.items() if its_queries == asked]
+    def table(asked: tuple[str, ...], names: set[str]) -> Table:
+        keys = [(engine, query) for engine in _engines_in(run, names) for query in asked]
+        every = [pair for pair, its_queries in queries.items() if its_queries == asked and pair in names]
         pairs = [pair for pair in every if pair in known]
         rows = [
             (
@@ -123,8 +136,18 @@ def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
         caption = f"Pairs by engine: {', '.join(asked)}{left_out}"
         return Table(caption, (Column("pair"), *columns), tuple(rows))
 
-    tables = map(table, sorted(set(queries.values()), key=lambda asked: QUERIES.index(asked[0])))
+    kinds = sorted(set(queries.values()), key=lambda asked: QUERIES.index(asked[0]))
+    tables = (table(asked, names) for names in _pairs_of_worlds().values() for asked in kinds)
     return tuple(table for table in tables if table.rows)
+
+
+def _engines_in(run: Run, names: set[str]) -> list[str]:
+    """Engines that answer anything about some pairs; all, where none does."""
+    answering = {
+        engine for (engine, _, pair), note in run.support.items() if pair in names and note.kind != UNSUPPORTED
+    }
+    answering |= {key[0] for key in run.counts if key[2] in names and key[4] is not Kind.UNSUPPORTED}
+    return [engine for engine in engines(run) if engine in answering] or list(engines(run))
 
 
 def matrix_entry(run: Run, key: CellKey, verdicts: Counter[Kind], links: dict[CellKey, str]) -> Entry:

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from reports import ledgers, options, text
-from reports.options import MOST_PASSES, MOST_WORKERS, BadInput
+from reports.options import MOST_EXAMPLES, MOST_PASSES, MOST_WORKERS, BadInput
 
 if TYPE_CHECKING:
     from oracles.outcome import Run
 
 FINISHED, INCOMPLETE, BAD_INPUT, REFERENCE_WRONG, INTERRUPTED = 0, 1, 2, 3, 130
-BUDGET, SEED, CALL_LIMIT = 60.0, 0, 0.5
+BUDGET, SEED, CALL_LIMIT, EXAMPLES = 60.0, 0, 0.5, 150
 OUT = Path("discrepancy-report")
 BESIDE = ("report.md", "report.json", "junit.xml", "report.sarif", "accuracy.csv", "repro/", "issues/", "pictures/")
 
@@ -28,8 +28,8 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Engine to question: fcl, bullet, pybullet-defaults, or your own as module:class or file.py:class; "
-            "may be repeated. Default: all installed.",
+            help="Engine to question: fcl, bullet, pybullet-defaults, bullet-stepping, bullet-ccd, or your own as "
+            "module:class or file.py:class; may be repeated. Default: all installed.",
         ),
     ] = None,
     pair: Annotated[
@@ -71,6 +71,14 @@ def run(
             parser=options.place("--models"),
             metavar="DIR",
             help="Folder of meshes (OBJ, STL) and URDFs for scenes. Default: PyBullet's.",
+        ),
+    ] = None,
+    examples: Annotated[
+        int | None,
+        typer.Option(
+            parser=options.whole("--examples", 1, MOST_EXAMPLES),
+            metavar="NUMBER",
+            help=f"Scenes that each attack of Hypothesis generates. Default: {EXAMPLES}.",
         ),
     ] = None,
     ledger: Annotated[
@@ -121,7 +129,7 @@ def run(
     STALE or CHANGED, or a broad phase that misses pairs; 2 bad input; 3 the reference itself was proven wrong; 130
     interrupted.
     """
-    asked = _Asked(engine, pair, budget, passes, seed, call_limit, models)
+    asked = _Asked(engine, pair, budget, passes, seed, call_limit, models, examples)
     if resume is not None:
         asked.fill_in(resume)
         if out not in (None, resume):
@@ -142,6 +150,7 @@ class _Asked:
     seed: int | None
     call_limit: float | None
     models: Path | None
+    examples: int | None
 
     def fill_in(self, folder: Path) -> None:
         """Take what is left open from the record of a run, of which nothing is executed."""
@@ -158,6 +167,7 @@ class _Asked:
             self.pair = self.pair or [str(name) for name in old["pairs"]]
             self.seed = int(old["seed"]) if self.seed is None else self.seed
             self.call_limit = float(old["call limit"]) if self.call_limit is None else self.call_limit
+            self.examples = int(old["examples"]) if self.examples is None else self.examples
             self.models = Path(old["models"]) if self.models is None and old["models"] is not None else self.models
             if self.budget is None and self.passes is None:
                 self.budget, self.passes = old["work"]["budget"], old["work"]["passes"]
@@ -176,6 +186,7 @@ class _Asked:
             "seed": SEED if self.seed is None else self.seed,
             "call_limit": CALL_LIMIT if self.call_limit is None else self.call_limit,
             "models": None if self.models is None else str(self.models),
+            "examples": EXAMPLES if self.examples is None else self.examples,
         }
 
 

@@ -60,10 +60,10 @@ def control(page: Any, name: str) -> Any:
 
 
 def shown_rows(page: Any) -> list[tuple[str, str]]:
-    return [
-        (row.locator("th").inner_text(), row.locator("td").first.inner_text())
-        for row in page.locator("#cells tbody tr:visible").all()
-    ]
+    """Pair and query of each row that is seen, asked of the page at once."""
+    seen = """rows => rows.filter(row => row.checkVisibility())
+        .map(row => [row.querySelector("th").innerText, row.querySelector("td").innerText])"""
+    return [tuple(row) for row in page.locator("#cells tbody tr").evaluate_all(seen)]
 
 
 def shown_findings(page: Any) -> list[int]:

@@ -457,7 +457,8 @@ def test_a_capsule_without_length_or_radius(workers: dict[str, EngineWorker]) ->
 
 
 def test_the_registry(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert available_engines() == {"fcl": None, "bullet": None, "pybullet-defaults": None}
+    names = "fcl", "bullet", "pybullet-defaults", "bullet-stepping", "bullet-ccd", "pymunk"
+    assert available_engines() == dict.fromkeys(names)
     monkeypatch.setattr(oracles.engines.importlib.util, "find_spec", lambda _: None)
     assert "pip install pybullet" in str(available_engines()["bullet"])
     with pytest.raises(EngineUnavailable, match=r"pip install python-fcl"):

@@ -35,7 +35,7 @@ Pair = tuple[type[Proxy], type[Proxy]]
 
 @pytest.fixture(scope="module")
 def workers() -> Iterator[dict[str, EngineWorker]]:
-    running = {name: EngineWorker(name, call_limit=1.0) for name in ENGINES}
+    running = {name: EngineWorker(name, call_limit=0.3) for name in ENGINES}
     yield running
     for worker in running.values():
         worker.close()

@@ -28,6 +28,7 @@ from oracles.outcome import FINDINGS, Kind
 from oracles.scene import IMPACT, QUERIES, Cell, Scene, cells
 from oracles.strategies import scenes
 from oracles.worker import EngineWorker
+from oracles.world import is_flat
 from refimpl import Box, Capsule, HalfSpace, Sphere
 from refimpl.linear import norm
 from reports.bounces import as_markdown
@@ -128,7 +129,10 @@ def test_what_is_supported() -> None:
     for name, engine in ENGINES.items():
         for cell in cells():
             support = engine.support(cell.query, cell.type_a, cell.type_b)
-            if cell.query == IMPACT:
+            if is_flat(cell.type_a):
+                assert not support
+                assert "no flat shapes" in support.reason
+            elif cell.query == IMPACT:
                 assert bool(support) == ((cell.type_a, cell.type_b) in TARGETS)
                 assert support or support.reason
             elif name == "pybullet-defaults":
@@ -141,7 +145,7 @@ def test_what_is_supported() -> None:
         fcl.solver(IMPACT, Sphere, Sphere)
     with pytest.raises(UnsupportedCell, match="impacts are staged for Sphere–Sphere"):
         ENGINES["bullet"].solver(IMPACT, Box, Box)
-    assert set(available_engines()) == {"fcl", *NAMES}
+    assert set(available_engines()) == {"fcl", "pymunk", *NAMES}
     assert set(QUERIES) == {cell.query for cell in cells()}
 
 

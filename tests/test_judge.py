@@ -230,7 +230,7 @@ def test_a_lost_answer_keeps_its_text_and_the_truth(status: Status) -> None:
 def test_the_reference_agrees_with_itself_in_every_regime(pair: tuple[type[Proxy], type[Proxy]]) -> None:
     queries = [cell for cell in cells() if (cell.type_a, cell.type_b) == pair and cell.query not in MOVING]
     for regime in regimes_in_turn(pair):
-        a, b = scenes_of(pair, regime, 60 if is_quick(*pair) else 4)
+        a, b = scenes_of(pair, regime, 24 if is_quick(*pair) else 3)
         for cell in queries:
             agrees_with_itself(cell, a, b, regime)
 
@@ -260,7 +260,7 @@ def agrees_with_itself(cell: Cell, a: Proxy, b: Proxy, regime: str) -> None:
 
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)
 def test_the_audit_passes_what_is_right(pair: tuple[type, type]) -> None:
-    many = 4 if is_quick(*pair) else 1
+    many = 2 if is_quick(*pair) else 1
     for regime in regimes_in_turn(pair):
         a, b = scenes_of(pair, regime, many)
         for i in range(many):

@@ -160,22 +160,54 @@ def test_repairs_are_done_only_when_asked_for(write):
     vertices, triangles = box()
     mixed = triangles.copy()
     mixed[[2, 7, 8]] = mixed[[2, 7, 8]][:, ::-1]
+    seam, stray = (
+        triangles.copy(),
+        np.array([[3.0, 0, 0], [3, 1, 0], [3, 0, 1], [2.5, 0.2, 0.2], [4, 0.2, 0.2], [4, 0, 1]]),
+    )
+    seam[0, 0] = len(vertices)
+    split = np.concatenate([vertices, vertices[triangles[:1, 0]] + 1e-9])
+    littered, first = np.concatenate([vertices, stray]), len(vertices)
     damaged = {
-        "drop_degenerate": np.concatenate([triangles, [[0, 1, 1]]]),
-        "drop_duplicates": np.concatenate([triangles, triangles[3:4]]),
-        "turn_outwards": mixed,
-        "fill_holes": triangles[2:],
+        "merge_near": (split, seam),
+        "drop_degenerate": (vertices, np.concatenate([triangles, [[0, 1, 1]]])),
+        "drop_duplicates": (vertices, np.concatenate([triangles, triangles[3:4]])),
+        "drop_crossing": (littered, np.concatenate([triangles, np.arange(6).reshape(2, 3) + first])),
+        "keep_largest": (littered, np.concatenate([triangles, np.arange(3)[None] + first])),
+        "turn_outwards": (vertices, mixed),
+        "fill_holes": (vertices, triangles[2:]),
+        "hull": (vertices, triangles[::2]),
     }
     assert set(damaged) == set(REPAIRS)
-    for name, faces in damaged.items():
-        path = write(f"{name}.obj", obj((vertices, faces)))
+    for name, (corners, faces) in damaged.items():
+        path = write(f"{name}.obj", obj((corners, faces)))
         with pytest.raises(LoadError):
             load_polyhedron(path)
         mesh = load_polyhedron(path, repairs=[name])
-        assert len(mesh.pieces) == 1
-        assert mesh.pieces[0].six_volumes() == 6
-    with pytest.raises(LoadError, match="there is no repair 'magic'; there are drop_degenerate, "):
+        assert len(mesh.pieces) == 1, name
+        assert mesh.pieces[0].six_volumes() == 6, name
+    with pytest.raises(LoadError, match="there is no repair 'magic'; there are merge_near, "):
         load_polyhedron(path, repairs=["magic"])
+
+
+def test_a_rim_that_touches_itself_is_several_holes(write):
+    """Two faces of a cube that share one corner only are left out: four triangles, one pinched rim."""
+    vertices, triangles = box()
+    normals = np.cross(*(vertices[triangles[:, k]] - vertices[triangles[:, 0]] for k in (1, 2)))
+    top, side = (np.flatnonzero(normals[:, axis] > 0) for axis in (2, 0))
+    corner = np.flatnonzero(np.all(vertices == [1, 1, 1], axis=1))[0]
+    gone = [next(f for f in top if corner in triangles[f]), next(f for f in side if corner in triangles[f])]
+    assert len(np.intersect1d(*triangles[gone])) == 1
+    path = write("pinched.obj", obj((vertices, np.delete(triangles, gone, axis=0))))
+    assert load_polyhedron(path, repairs=["fill_holes"]).pieces[0].six_volumes() == 6
+
+
+def test_the_duck_is_a_solid_after_repairs_that_are_named():
+    """The mesh that PyBullet ships crosses itself at its beak: a handful of faces make the difference."""
+    data = pytest.importorskip("pybullet_data").getDataPath()
+    with pytest.raises(LoadError, match=r"duck\.obj: Polyhedron: self-intersecting: face 2180"):
+        load_polyhedron(f"{data}/duck.obj")
+    duck = load_polyhedron(f"{data}/duck.obj", repairs=["drop_crossing", "fill_holes"] * 2)
+    assert 4200 < len(duck.triangles) < 4212
 
 
 def test_cavities_are_kept(write):

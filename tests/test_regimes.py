@@ -37,6 +37,7 @@ from refimpl import (
     Polyhedron,
     Ray,
     Sphere,
+    flat,
 )
 from refimpl.meshes import require_solid
 from refimpl.pairs import TABLE
@@ -57,13 +58,16 @@ WITH_THRESHOLDS = regimes_for(ENGINES)
 
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)
 def test_a_shard_is_a_pure_function_of_seed_and_number(pair):
-    this, again, other, later = (named(pair, seed, number) for seed, number in ((5, 1), (5, 1), (6, 1), (5, 2)))
+    this, again = (named(pair, 5, 1) for _ in range(2))
     assert this == again
     often = 1 if pair[0].header or pair[1].header else COMBINATIONS_EACH
     wanted = {(name, i) for name in WITH_THRESHOLDS for i in range(2 * often if name == COMBINED else 2)}
-    assert this.keys() == other.keys() == later.keys() == wanted
-    assert all(this[key] != other[key] for key in this if key[0] == "generic")
-    assert all(this[key] != later[key] for key in this if key[0] == "generic")
+    assert this.keys() == wanted
+    generic = {"generic": WITH_THRESHOLDS["generic"]}
+    for seed, number in ((6, 1), (5, 2)):
+        other = named(pair, seed, number, generic)
+        assert len(other) == 2
+        assert all(this[key] != bits for key, bits in other.items())
     without = named(pair, 5, 1, REGIMES)
     assert without == {key: bits for key, bits in this.items() if key[0] in REGIMES}
 
@@ -369,8 +373,10 @@ def test_scenes_from_strangers_are_checked(change, words):
 
 def test_all_cells_are_there():
     found = cells()
-    rays = [pair for pair in TABLE if pair[0] is Ray]
-    assert len(found) == (len(TABLE) - len(rays)) * 5 + len(rays)
-    assert {(c.type_a, c.type_b) for c in found} == set(TABLE)
+    pairs = [*TABLE, *flat.table()]
+    rays = [pair for pair in pairs if pair[0] in (Ray, flat.FlatRay)]
+    assert len(rays) == 15
+    assert len(found) == (len(pairs) - len(rays)) * 5 + len(rays)
+    assert {(c.type_a, c.type_b) for c in found} == set(pairs)
     shapes = NumpyDraws(1, (2,), 3)
     assert shapes.choice((1.0, 2.0), 3).shape == (3, 3)

@@ -14,7 +14,9 @@ from refimpl import (
     AABB,
     Box,
     Capsule,
+    Composite,
     ConvexPolyhedron,
+    Cylinder,
     HalfSpace,
     Point,
     Polyhedron,
@@ -202,3 +204,21 @@ def test_rays_pass_a_wedge_thinner_than_rounding() -> None:
     found = refimpl.raycast(Ray(np.stack([np.ones(6), y, np.zeros(6)], axis=-1), [-1.0, 0, 0]), wedge)
     assert found.hit.tolist() == [False, True, True, True, False, False]
     assert found.t[1:4].tolist() == [1, 1, 1]
+
+
+def test_the_witness_of_a_way_out_that_every_pair_has_to_be_answered_for() -> None:
+    """The two points were those of the deepest piece, though the way out is another one: B's was 0.5 off it."""
+    ball = Sphere([-1.0, 1.5, 2.0], 0.5)
+    half, radius = [0.6385525931404099, 0.37530524523891073, 0.3971421237984042], 0.6385525931404099
+    planes = [[*(sign * np.eye(3)[axis]), -half[axis]] for sign in (1.0, -1.0) for axis in range(3)]
+    place = [-1.2012822570464663, 1.1802479201010172, 2.2215954110189435]
+    p, q = (
+        [-1.2293676360219683, 1.648038502986405, 2.396430479551473],
+        [-1.3161629632078746, 2.392735803601931, 2.134171127735243],
+    )
+    union = Composite([ConvexPolyhedron(planes, position=place, rotation=[0, 0, 1, 0]), Cylinder(p, q, radius)])
+    found = refimpl.distance(ball, union)
+    assert found.distance == pytest.approx(-0.687, abs=1e-3)
+    for point, shape in ((found.on_a, ball), (found.on_b, union)):
+        assert truth.signed_distance(Point(point), shape) <= 1e-12
+    np.testing.assert_allclose(found.on_b - found.on_a, found.distance * found.normal, atol=1e-15)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from oracles import claims
 from oracles.outcome import Bucket, Finding, Kind, Severity, State, Verdict
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, TYPES, Scene
-from refimpl import AABB, KDOP, Box, Capsule, Composite, Cylinder, Ellipsoid, HalfSpace, Point, Ray, Sphere
+from refimpl import AABB, KDOP, Box, Capsule, Composite, Cylinder, Ellipsoid, HalfSpace, Point, Ray, Sphere, flat
 from reports.brief import FEWEST, MOST, digits, digits_to_differ, in_brief, pair_in_brief, simplest
 from reports.story import TOLD, fact, story
 from tests.sample_impact import FLAT
@@ -105,6 +105,12 @@ def test_shapes_in_brief() -> None:
         "a convex polyhedron of 120 vertices": STONE,
         "a mesh of 4 triangles": WEDGE,
         "a union of 2 parts": Composite([CUBE, AWAY]),
+        "a point of the plane": flat.FlatPoint([0, 0]),
+        "a ray of the plane": flat.FlatRay([0, 0], [1, 0]),
+        "a disc of radius 0.5": flat.Disc([0, 0], 0.5),
+        "a segment of length 5 and radius 0.25": flat.Segment([0, 0], [3, 4], 0.25),
+        "a rectangle of 1 × 2": flat.Rectangle([0, 0], [1, 2]),
+        "a convex polygon of 3 corners": flat.ConvexPolygon.from_vertices([[0, 0], [1, 0], [0, 1], [0.25, 0.25]]),
     }
     assert {type(shape).__name__ for shape in said.values()} == TYPES.keys()
     assert [in_brief(shape) for shape in said.values()] == list(said)

@@ -28,14 +28,23 @@ from oracles.ledger import Ledger
 from oracles.outcome import Run
 from oracles.store import FOLDER, RecordError
 from tests.test_executors import gone
-from tests.wrong_engines import Crashing, Hanging, OffByAShare, Slow, spec
+from tests.wrong_engines import Crashing, HangingFarOut, OffByAShare, Slow, spec
 
 PAIRS = ["Sphere–Sphere"]
+EXAMPLES = 40
+"""Of each attack: enough to find the fault, and to shrink it."""
 ROOT = Path(__file__).parents[1]
 
 
 def campaign(executor: Executor | None = None, **options: Any) -> Run:
-    options = {"engines": [spec(OffByAShare)], "budget": 60.0, "seed": 3, "passes": 2, "pairs": PAIRS} | options
+    options = {
+        "engines": [spec(OffByAShare)],
+        "budget": 60.0,
+        "seed": 3,
+        "passes": 2,
+        "pairs": PAIRS,
+        "examples": EXAMPLES,
+    } | options
     return run_campaign(ledger=Ledger(), executor=executor, **options)
 
 
@@ -132,9 +141,9 @@ def test_a_run_goes_on_beyond_its_end(undisturbed: Run, tmp_path: Path) -> None:
 
 
 def test_a_run_with_a_budget_goes_on_with_a_new_one(tmp_path: Path) -> None:
-    first = campaign(folder=tmp_path, passes=None, budget=2.0)
+    first = campaign(folder=tmp_path, passes=None, budget=1.0)
     recorded = len(list((tmp_path / FOLDER).glob("*.parquet")))
-    second = campaign(Crew(2), folder=tmp_path, passes=None, budget=2.0, resume=True)
+    second = campaign(Crew(2), folder=tmp_path, passes=None, budget=1.0, resume=True)
     assert 0 < second.recalled <= recorded  # what is shrunk depends on all that was found
     assert second.counts > first.counts
     again = campaign(folder=tmp_path, passes=None, budget=1e-9, resume=True)
@@ -235,7 +244,19 @@ def started(folder: Path, *options: str, engine: type = OffByAShare) -> subproce
     script = folder / "start.py"
     script.write_text(START)
     pairs = [word for pair in PAIRS for word in ("--pair", pair)]
-    command = [sys.executable, script, "run", "--engine", spec(engine), *pairs, "--seed", "3", *options]
+    command = [
+        sys.executable,
+        script,
+        "run",
+        "--engine",
+        spec(engine),
+        *pairs,
+        "--seed",
+        "3",
+        "--examples",
+        str(EXAMPLES),
+        *options,
+    ]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "ignore"}
     return subprocess.Popen(
         command,
@@ -402,6 +423,6 @@ def test_no_cluster_is_one_clear_line(monkeypatch: pytest.MonkeyPatch, address: 
 
 
 def test_slow_and_lost_engines_do_not_hold_a_crew_up() -> None:
-    run = campaign(Crew(2), engines=[spec(Hanging)], passes=1, call_limit=0.05)
+    run = campaign(Crew(2), engines=[spec(HangingFarOut)], passes=1, call_limit=0.05)
     assert {bucket.symptom for bucket in run.buckets} == {"no answer in time"}
     assert run.problems == []

@@ -190,25 +190,46 @@ class Mistyped(Honest):
 
 
 class Crashing(Honest):
+    beyond: ClassVar[float] = 0.0
+    """A's first coordinate from which on it is lost."""
+
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        if row_a[0] > 0:
+        if row_a[0] > self.beyond:
             os.write(2, b"assertion failed on purpose\n")
             os.abort()
         return super().spoil(answer, row_a)
 
 
 class Leaving(Honest):
+    beyond: ClassVar[float] = 0.0
+
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        if row_a[0] > 0:
+        if row_a[0] > self.beyond:
             sys.exit(7)
         return super().spoil(answer, row_a)
 
 
 class Hanging(Honest):
+    beyond: ClassVar[float] = 0.0
+
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        while row_a[0] > 0:
+        while row_a[0] > self.beyond:
             pass
         return super().spoil(answer, row_a)
+
+
+class CrashingFarOut(Crashing):
+    """As the next two: lost in few scenes, where losing many tells no more and takes longer."""
+
+    beyond = 3.0
+
+
+class LeavingFarOut(Leaving):
+    beyond = 3.0
+
+
+class HangingFarOut(Hanging):
+    beyond = 3.0
 
 
 class Sleeping(Honest):
@@ -297,7 +318,7 @@ class Switched(Honest):
         if fault == "flipped" and "normal" in answer:
             answer["normal"] = [-u for u in answer["normal"]]
         elif fault == "lost":
-            if row_a[0] > 0:
+            if row_a[0] > 3:
                 os.abort()
         elif fault and "distance" in answer:
             answer["distance"] += float(fault) if math.isfinite(answer["distance"]) else 0.0

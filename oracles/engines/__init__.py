@@ -17,6 +17,9 @@ SHIPPED: Mapping[str, tuple[str, str]] = MappingProxyType(
         "fcl": ("oracles.engines.fcl_engine:FclEngine", "fcl"),
         "bullet": ("oracles.engines.bullet_engine:BulletEngine", "pybullet"),
         "pybullet-defaults": ("oracles.engines.bullet_defaults:BulletDefaults", "pybullet"),
+        "bullet-stepping": ("oracles.engines.bullet_stepping:BulletStepping", "pybullet"),
+        "bullet-ccd": ("oracles.engines.bullet_stepping:BulletSwept", "pybullet"),
+        "pymunk": ("oracles.engines.pymunk_engine:PymunkEngine", "pymunk"),
     }
 )
 """Name to (adapter, the module that the engine's package installs)."""
@@ -54,10 +57,12 @@ def load_engine(spec: str) -> Engine:
 
 
 PACKAGES: Mapping[str, str] = MappingProxyType(
-    {"fcl": "python-fcl", "bullet": "pybullet", "pybullet-defaults": "pybullet"}
+    {name: {"fcl": "python-fcl"}.get(module, module) for name, (_, module) in SHIPPED.items()}
 )
 """Name to the package that the index knows."""
-EXTRAS: Mapping[str, str] = MappingProxyType({"fcl": "fcl", "bullet": "bullet", "pybullet-defaults": "bullet"})
+EXTRAS: Mapping[str, str] = MappingProxyType(
+    {name: {"pybullet": "bullet"}.get(module, module) for name, (_, module) in SHIPPED.items()}
+)
 """Name to the extra of this project that installs it."""
 
 

@@ -95,7 +95,7 @@ PARTS = Tolerance.uniform(2.2e-3, 4e-4, "each part has its own margin of up to 0
 RAY_TESTS = (RAYCAST, SWEEP)
 """Queries that are answered by ray tests."""
 AS_RAY = "a moving Point is a ray test along its way, as seen from the other"
-STEPPED = "Bullet moves bodies by steps; only its ray test, of a moving Point, says when there is a contact"
+STEPPED = "only Bullet's ray test, of a moving Point, says when there is a contact; its steps are another engine's"
 
 EMULATED = {
     Point: "a Point is a sphere of radius {:g}, which is taken off the answer",

@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from oracles.engine import Array, Kind, Row
 from oracles.keeping import kept_by_rows
-from refimpl.shapes import KDOP, Composite, ConvexPolyhedron
+from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, Polyhedron
 
 T = TypeVar("T")
 Key = tuple[float, ...]
@@ -147,6 +147,4 @@ def mesh(key: Key) -> tuple[Array, np.ndarray[tuple[int, ...], np.dtype[np.int64
 @kept_by_rows
 def surface(rows: Array) -> Composite:
     """One mesh in many poses as what engines take it for: the union of its triangles, which are flat hulls."""
-    corners, triangles = mesh(solid(rows[0].tolist()).key)
-    position, rotation = rows[:, -7:-4], rows[:, -4:]
-    return Composite([ConvexPolyhedron.from_vertices(corners[t], position, rotation) for t in triangles])
+    return Composite.of_faces(Polyhedron.unpack(rows))

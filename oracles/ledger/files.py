@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.resources import files
@@ -62,7 +62,12 @@ class Ledger:
             found += entries
         left = tuple(entry for entry in found if entry.key not in retired or Path(entry.file) in paths)
         _require_names(left)
-        return cls(left, _witnesses(left), own=tuple(own))
+        witnesses = _Kept(left)
+        for entry in left:
+            if Path(entry.file) in paths:  # what a user has written is read at once, so that mistakes are told at once
+                for name in entry.witnesses:
+                    witnesses[entry.engine, name]
+        return cls(left, witnesses, own=tuple(own))
 
     def at(self, versions: Mapping[str, str]) -> Ledger:
         """Return the same ledger for these versions of the engines."""
@@ -95,9 +100,27 @@ def _require_names(entries: Iterable[Entry]) -> None:
         files[entry.key] = entry.file
 
 
-def _witnesses(entries: Iterable[Entry]) -> dict[tuple[str, str], Witness]:
-    return {
-        (entry.engine, name): load_witness(Path(entry.file).parent, entry.engine, name)
-        for entry in entries
-        for name in entry.witnesses
-    }
+class _Kept(Mapping[tuple[str, str], Witness]):
+    """Witnesses in their files, each read and proven when it is first asked for: most runs need one engine's."""
+
+    def __init__(self, entries: Iterable[Entry]) -> None:
+        self._folders = {(entry.engine, name): Path(entry.file).parent for entry in entries for name in entry.witnesses}
+        self._read: dict[tuple[str, str], Witness] = {}
+
+    def __getitem__(self, key: tuple[str, str]) -> Witness:
+        """Return the witness; raises `LedgerError` when its file holds none."""
+        if key not in self._read:
+            self._read[key] = load_witness(self._folders[key], *key)
+        return self._read[key]
+
+    def __contains__(self, key: object) -> bool:
+        """Whether there is one by this engine and name, which reads nothing."""
+        return key in self._folders
+
+    def __iter__(self) -> Iterator[tuple[str, str]]:
+        """Iterate over engines and names."""
+        return iter(self._folders)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._folders)

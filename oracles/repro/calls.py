@@ -11,6 +11,7 @@ from oracles.engine import Engine
 from oracles.scene import Scene
 
 PACKAGES = {"fcl": "pip install python-fcl", "pybullet": "pip install pybullet", "numpy": "pip install numpy"}
+PACKAGES |= {"pymunk": "pip install pymunk"}
 PACKAGES |= dict.fromkeys(("oracles", "refimpl"), "pip install proxyproof")
 LONGEST = 500
 

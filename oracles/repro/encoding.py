@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from oracles.motion import Motion
+from oracles.world import is_flat
 from refimpl import (
     AABB,
     KDOP,
@@ -20,6 +21,7 @@ from refimpl import (
     Proxy,
     Ray,
     Sphere,
+    flat,
 )
 from refimpl.proof import Certificate, to_json
 
@@ -37,6 +39,12 @@ FIELDS: dict[type[Proxy], tuple[str, ...]] = {
     Cylinder: ("p", "q", "radius"),
     ConvexPolyhedron: ("numbers", "position", "rotation"),
     Polyhedron: ("vertices", "triangles", "position", "rotation"),
+    flat.FlatPoint: ("position",),
+    flat.FlatRay: ("origin", "direction"),
+    flat.Disc: ("center", "radius"),
+    flat.Segment: ("p", "q", "radius"),
+    flat.Rectangle: ("lower", "upper"),
+    flat.ConvexPolygon: ("numbers",),
 }
 
 
@@ -49,7 +57,7 @@ def shape_data(shape: Proxy) -> dict[str, Any]:
     data: dict[str, Any] = {"type": type(shape).__name__}
     if isinstance(shape, Composite):
         return data | {"parts": [shape_data(part) for part in shape.parts]}
-    if isinstance(shape, ConvexPolyhedron):
+    if isinstance(shape, ConvexPolyhedron | flat.ConvexPolygon):
         data["given"] = shape.given
     return data | {name: getattr(shape, name).tolist() for name in FIELDS[type(shape)]}
 
@@ -76,6 +84,8 @@ def claims_data(certificate: Certificate, a: Proxy, b: Proxy) -> list[dict[str, 
     """
     if isinstance(b, Ray):
         raise NotWritten("a ray is the first of two proxies")
+    if is_flat(b) and kind_of(a, b) == SOLIDS:
+        return [_of_flat(claim) for claim in to_json(certificate)["claims"]]
     rewrite = {SOLIDS: _of_solids, UNIONS: _of_unions, RAYS: _of_rays}[kind_of(a, b)]
     return [rewrite(claim) for claim in to_json(certificate)["claims"]]
 
@@ -87,6 +97,13 @@ def _of_solids(claim: dict[str, Any]) -> dict[str, Any]:
     if kind == "core" and claim["directions"]:
         kind = "endless"
     return {**_without(claim, "until", "time", "directions"), "kind": kind}
+
+
+def _of_flat(claim: dict[str, Any]) -> dict[str, Any]:
+    found = _of_solids(claim)
+    if found["kind"] == "core" and not found["triangles"] and len(found["pairs"]) > 1:
+        return {"kind": "around", "pairs": found["pairs"]}
+    return found
 
 
 def _of_unions(claim: dict[str, Any]) -> dict[str, Any]:

@@ -25,6 +25,7 @@ ORDER = (
     "claims",
     "unions",
     "rays",
+    "flat",
     "checking",
     "impacts",
     "judging",

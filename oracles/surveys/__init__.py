@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from oracles.surveys.survey import Survey
 
-SURVEYS: Mapping[str, str] = MappingProxyType({})
+SURVEYS: Mapping[str, str] = MappingProxyType(
+    {
+        "bounding": "oracles.surveys.bounding:Bounding",
+        "mass": "oracles.surveys.mass:Mass",
+        "sprites": "oracles.surveys.sprites:Sprites",
+    }
+)
 """Name of each subject to the class that knows it, as ``module:class``."""
 
 

@@ -23,6 +23,11 @@ from refimpl.shapes import AABB, Box, Capsule, Point, Sphere
 AXES = np.eye(3)
 
 
+def axes_of(v: Array) -> Array:
+    """Unit vectors of the coordinate axes, as many as the vectors (..., d) have coordinates."""
+    return AXES[: v.shape[-1], : v.shape[-1]]
+
+
 @dataclass(frozen=True)
 class Frame:
     """A box's own coordinates: world = center + matrix · local."""
@@ -59,7 +64,7 @@ def point_in_slabs(y: Array, lower: Array, upper: Array) -> Separation:
     depths = np.maximum(below, above)
     face = np.argmax(depths, axis=-1)
     nearest = np.clip(y, lower, upper)
-    one_axis = AXES[face]
+    one_axis = axes_of(y)[face]
     outward = np.where(below > above, -one_axis, one_axis)
     inside = np.max(depths, axis=-1)
     direction, gap = unit_or(y - nearest, outward)
@@ -140,7 +145,7 @@ def aabb_aabb(a: AABB, b: AABB) -> Separation:
     sign = np.where(above >= below, 1.0, -1.0)
     gaps = np.maximum(above, below)
     cheapest = np.argmax(gaps, axis=-1)
-    one_axis = AXES[cheapest]
+    one_axis = axes_of(gaps)[cheapest]
     apart = np.max(gaps, axis=-1) > 0
     between = np.where(apart[:, None], np.maximum(gaps, 0.0), gaps * one_axis) * sign
     direction, gap = unit_or(np.maximum(gaps, 0.0) * sign, sign * one_axis)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from refimpl.algorithms.boxes import AXES
+from refimpl.algorithms.boxes import AXES, axes_of
 from refimpl.algorithms.halfspaces import unit_plane
 from refimpl.algorithms.nearest import nearest_on_segment, without
 from refimpl.linear import (
@@ -66,7 +66,7 @@ def _first(enter: Array, leave: Array) -> Array:
 
 def _outward(direction: Array, ray: Ray) -> Array:
     """Unit vector; against the ray where a round without a radius leaves no direction."""
-    return unit_or(direction, unit_or(-ray.direction, AXES[0])[0])[0]
+    return unit_or(direction, unit_or(-ray.direction, axes_of(ray.direction)[0])[0])[0]
 
 
 def ray_sphere(ray: Ray, s: Sphere) -> Entry:
@@ -127,7 +127,8 @@ def _slabs(lower: Array, upper: Array, direction: Array) -> Entry:
     enter = np.max(near, axis=-1)
     hit = (enter <= np.min(far, axis=-1)) & (np.min(far, axis=-1) >= 0)
     t = np.where(hit, np.maximum(enter, 0.0), np.inf)
-    outward = np.where(np.take_along_axis(direction, last[:, None], axis=-1) > 0, -AXES[last], AXES[last])
+    axes = axes_of(direction)[last]
+    outward = np.where(np.take_along_axis(direction, last[:, None], axis=-1) > 0, -axes, axes)
     return np.where(np.all(within, axis=-1), 0.0, t), outward
 
 

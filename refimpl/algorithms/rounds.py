@@ -29,7 +29,7 @@ def grown(core: Separation, radius_a: Array, radius_b: Array) -> Separation:
 
 def point_point(x: Array, y: Array) -> Separation:
     """Gap between two points; the normal of coinciding ones is the x axis."""
-    normal, gap = unit_or(y - x, X_AXIS)
+    normal, gap = unit_or(y - x, X_AXIS[: x.shape[-1]])
     return Separation(gap, x, y, normal)
 
 

@@ -214,6 +214,14 @@ def points_mesh(point: Point, mesh: Polyhedron) -> tuple[Separation, Array]:
     return found, np.maximum(0.0, -found.distance)
 
 
+def points_faces(point: Point, mesh: Polyhedron) -> tuple[Separation, Array]:
+    """Distances of points from the surfaces of polyhedra, which have no inside; and 0, for depths there are none."""
+    found = mesh_heights(point.position, mesh)
+    inside = found.distance < 0
+    normal = np.where(inside[:, None], -found.normal, found.normal)
+    return Separation(np.abs(found.distance), found.on_a, found.on_b, normal), np.zeros(len(point))
+
+
 def balls_mesh(ball: Sphere, mesh: Polyhedron) -> tuple[Separation, Array]:
     """Signed distances of balls and polyhedra, and lengths below which no translation separates them.
 

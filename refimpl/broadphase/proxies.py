@@ -90,8 +90,11 @@ class Numbered:
         return Numbered(tuple(changed), self.batch, self.place)
 
     def boxes(self) -> tuple[Array, Array]:
-        """Corners (N, 3) of the bounding boxes."""
-        lower, upper = np.empty((len(self), 3)), np.empty((len(self), 3))
+        """Corners (N, 3) of the bounding boxes, or (N, 2) of flat proxies."""
+        dimensions = {proxies.dimension for proxies in self.batches}
+        if len(dimensions) > 1:
+            raise ShapeError("proxies of the plane and of space cannot be in one broad phase")
+        lower, upper = np.empty((2, len(self), *(dimensions or {3})))
         for which, proxies in enumerate(self.batches):
             mine = self.batch == which
             low, up = boxes_of(proxies)

@@ -19,7 +19,7 @@ MOST_BACK = 4096
 def _touching(scene: Scene, search: Search, way: Way) -> tuple[float, Vector]:
     """Distance of the pair that is nearest at the end of a way, and its point of A; only what matters is answered."""
     known = search.known
-    for _ in range(len(search.listed)):
+    for _ in range(len(search.listed) + 1):  # in each but the last one more pair may have to be answered
         nearest, least = -1, math.inf
         for k in range(near_pairs(scene, search, way.move, 0.0)):
             best, here = highest(known, search.listed[k], way.move)

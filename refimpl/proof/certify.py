@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from refimpl.flat.base import Flat
 from refimpl.proof.checker import check
 from refimpl.proof.claims import Certificate, Claim
 from refimpl.proof.convex import convex_claims
+from refimpl.proof.flat import flat_claims
 from refimpl.proof.mirror import mirrored
 from refimpl.proof.points import round_down, round_up
 from refimpl.proof.simple import simple_claims
@@ -54,6 +56,8 @@ def certify(a: Proxy, b: Proxy) -> Certificate:
             raise TypeError(f"certify needs two proxies, got {type(shape).__name__}: {shape!r}")
     if a.batch_shape or b.batch_shape:
         raise ValueError(f"certify takes single proxies, not batches of {a.batch_shape} and {b.batch_shape}")
+    if a.dimension != b.dimension:
+        raise UnsupportedOperation(f"a {type(a).__name__} and a {type(b).__name__}: one is of the plane, one of space")
     if isinstance(a, Ray) and isinstance(b, Ray):
         raise UnsupportedOperation("two rays have no signed distance: one of the proxies must not be a Ray")
     if isinstance(b, Ray) or (isinstance(b, HalfSpace) and not isinstance(a, Ray | HalfSpace)):
@@ -68,6 +72,8 @@ def _claims(a: Proxy, b: Proxy) -> tuple[Claim, ...]:
         return union_times(a, b) if isinstance(a, Ray) else union_claims(a, b)
     if isinstance(a, Ray):
         return time_claims(a, b)
+    if isinstance(a, Flat):
+        return flat_claims(a, b)
     if isinstance(a, SIMPLE) and isinstance(b, SIMPLE):
         return simple_claims(a, b)
     return convex_claims(a, b)

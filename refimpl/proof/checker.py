@@ -25,6 +25,7 @@ from refimpl.proof.bounds import bounds_of
 from refimpl.proof.claims import Bound, Certificate, Cover, Part
 from refimpl.proof.gaps import Sides
 from refimpl.proof.rational import effort, items, require, spend
+from refimpl.proof.reading import FLAT
 from refimpl.proof.sets import Line
 from refimpl.proof.unions import Union, parts_of
 
@@ -36,6 +37,7 @@ EFFORT, EFFORT_PER_ITEM = 1 << 21, 64
 @contextmanager
 def sides_of(a: Any, b: Any) -> Iterator[Sides]:
     """Read two proxies, and let no more be spent inside than is due to claims about them."""
+    require((type(a).__name__ in FLAT) == (type(b).__name__ in FLAT), "a proxy of the plane and one of space")
     with effort(1 << 62) as spent:
         sides = Union(parts_of(a)), Union(parts_of(b))
         size = spent()

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+from refimpl.flat.shapes import Disc, Rectangle, Segment
 from refimpl.proof.claims import Bound
 from refimpl.shapes import AABB, Box, Capsule, Point, Proxy, Sphere
 
@@ -66,8 +67,9 @@ def doubles(point: Vector) -> Vector:
 
 
 def rationals(array: Any) -> Any:
-    """Exact numbers of a field."""
-    return tuple(Fraction(x) for x in array.tolist())
+    """Exact numbers of a field; a vector of two lies in the plane z = 0."""
+    numbers = tuple(Fraction(x) for x in array.tolist())
+    return (*numbers, Fraction(0)) if len(numbers) == 2 else numbers
 
 
 def frame(box: AABB | Box) -> tuple[Vector, Vector, tuple[Vector, Vector, Vector]]:
@@ -94,9 +96,12 @@ def core(shape: Proxy) -> tuple[list[Vector], Fraction]:
     match shape:
         case Point():
             return [rationals(shape.position)], Fraction(0)
-        case Sphere():
+        case Sphere() | Disc():
             return [rationals(shape.center)], Fraction(shape.radius.tolist())
-        case Capsule():
+        case Rectangle():
+            low, high = rationals(shape.lower), rationals(shape.upper)
+            return list({(x, y, Fraction(0)): 1 for x in (low[0], high[0]) for y in (low[1], high[1])}), Fraction(0)
+        case Capsule() | Segment():
             return list({rationals(shape.p): 1, rationals(shape.q): 1}), Fraction(shape.radius.tolist())
         case AABB() | Box():
             centre, half, axes = frame(shape)

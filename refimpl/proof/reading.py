@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from refimpl.proof.rational import InvalidCertificate, items, number, rational, require, whole
-from refimpl.proof.sets import Factor, Hull, Line, Planes, Points, Product, Solid
+from refimpl.proof.sets import Factor, Flat, Hull, Line, Planes, Points, Product, Solid
 from refimpl.proof.vectors import NONE, Exact, Number, dot, minus, times
 
 AXES = [[Fraction(i == j) for j in range(3)] for i in range(3)]
@@ -147,6 +147,35 @@ def _ray(field: Fields) -> Line:
     return Line(field("origin"), field("direction"))
 
 
+def flat(field: Fields, name: str, least: int | None = None) -> Exact:
+    """A vector of the plane z = 0."""
+    return [*field(name, 2, least), NONE]
+
+
+def _flat_ray(field: Fields) -> Line:
+    direction = flat(field, "direction")
+    field.refuse("direction", not any(direction))
+    return Line(flat(field, "origin"), direction)
+
+
+def _rectangle(field: Fields) -> Flat:
+    low, high = flat(field, "lower"), flat(field, "upper")
+    half = times(Fraction(1, 2), minus(high, low))
+    field.refuse("upper", min(half) < 0)
+    return Flat(_box(minus(high, half), half, AXES))
+
+
+def _polygon(field: Fields) -> Flat:
+    match getattr(field.shape, "given", None):
+        case "lines":
+            lines = [[x, y, 0, k] for x, y, k in field.rows("numbers", 3)]
+            return Flat(_behind(lines, [NONE] * 3, AXES))
+        case "vertices":
+            places, unit = whole([[x, y, 0] for x, y in field.rows("numbers", 2)])
+            return Flat(Hull(Points(places, unit), range(len(places))))
+    raise InvalidCertificate("ConvexPolygon.given: must be 'lines' or 'vertices'")
+
+
 MEANING: dict[str, Callable[[Fields], Solid | Line]] = {
     "Point": lambda field: product(field("position"), []),
     "Ray": _ray,
@@ -159,7 +188,15 @@ MEANING: dict[str, Callable[[Fields], Solid | Line]] = {
     "Cylinder": _cylinder,
     "KDOP": _kdop,
     "ConvexPolyhedron": _polytope,
+    "FlatPoint": lambda field: Flat(product(flat(field, "position"), [])),
+    "FlatRay": _flat_ray,
+    "Disc": lambda field: Flat(product(flat(field, "center"), [], *field("radius", 1, least=0))),
+    "Segment": lambda field: Flat(segment(flat(field, "p"), flat(field, "q"), *field("radius", 1, least=0))),
+    "Rectangle": _rectangle,
+    "ConvexPolygon": _polygon,
 }
+FLAT = {"FlatPoint", "FlatRay", "Disc", "Segment", "Rectangle", "ConvexPolygon"}
+"""Sets of the plane, which have no distance from those of space."""
 
 
 def read(shape: Any) -> Solid | Line:

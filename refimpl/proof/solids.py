@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from refimpl.proof.bodies import Body, Corners, Curved, Vertices, placed, scaled
+from refimpl.proof.lines import Lines
 from refimpl.proof.planes import Planes
 from refimpl.proof.points import AXES, along, core, cross, dot, frame, minus, opposite, rationals, turned
 from refimpl.shapes import AABB, Box
@@ -36,10 +37,16 @@ def body(shape: Any) -> Body:
             return Planes(np.concatenate([above, below]), (0, 0, 0), AXES, lambda: shape.hull.vertices)
         case "ConvexPolyhedron":
             return _polyhedron(shape)
+        case "ConvexPolygon":
+            return _polygon(shape)
     found = Corners(*core(shape))
     if isinstance(shape, AABB | Box):
         found.flat = [n for axis in frame(shape)[2] for n in (axis, opposite(axis))]
     return found
+
+
+def _polygon(shape: Any) -> Body:
+    return Lines(shape.numbers) if shape.given == "lines" else Vertices([rationals(v) for v in shape.numbers])
 
 
 def _ellipsoid(shape: Any) -> Body:

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from refimpl.flat.polygon import ConvexPolygon
 from refimpl.motions import Motion, RigidMotion, as_motion
 from refimpl.proof.bodies import Corners, Mix, exactly, numbered
 from refimpl.proof.certify import certify
@@ -69,7 +70,7 @@ def certify_sweep(
     UnsupportedOperation
         For rays, and for two points.
     """
-    from_a, from_b = as_motion(motion_a), as_motion(motion_b)
+    from_a, from_b = as_motion(motion_a, a.dimension), as_motion(motion_b, b.dimension)
     for part in (a, b, from_a, from_b):
         if part.batch_shape:
             raise ValueError(f"certify_sweep takes single proxies and motions, not batches of {part.batch_shape}")
@@ -217,7 +218,7 @@ def separated(a: Proxy, b: Proxy, n: Vector) -> Separated:
 
 def place_of(shape: Proxy, point: Vector, mix: Mix) -> Place:
     """How a certificate says a point of a proxy, exactly."""
-    return exactly(mix) if isinstance(shape, ConvexPolyhedron) and shape.given == "vertices" else point
+    return exactly(mix) if isinstance(shape, ConvexPolyhedron | ConvexPolygon) and shape.given == "vertices" else point
 
 
 def first_proven(a: Proxy, b: Proxy, way: Vector, claims: Iterable[Clear]) -> tuple[Clear, ...]:

@@ -19,7 +19,7 @@ from refimpl.proof.checker import sides_of
 from refimpl.proof.claims import Bound, Claim, Piece, Place, Tree
 from refimpl.proof.gaps import Sides, gaps, require_outside
 from refimpl.proof.rational import InvalidCertificate, items, rational, require, spend
-from refimpl.proof.reading import Fields
+from refimpl.proof.reading import Fields, flat
 from refimpl.proof.sets import Line
 from refimpl.proof.vectors import NONE, Exact, Number, dot, minus, times
 
@@ -99,6 +99,8 @@ def translation(motion: Any) -> Exact:
     """Read the vector of a translation; None is rest."""
     if motion is None:
         return [NONE] * 3
+    if type(motion).__name__ == "FlatTranslation":
+        return flat(Fields(motion), "vector")
     require(type(motion).__name__ == "Translation", f"not a translation but {type(motion).__name__}")
     return Fields(motion)("vector")
 

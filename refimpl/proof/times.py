@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 
+from refimpl.flat.shapes import Disc, Segment
 from refimpl.proof import rays_curved, rays_polytopes
 from refimpl.proof.bodies import Corners, Vertices, exactly, numbered
 from refimpl.proof.checker import check
@@ -59,7 +60,7 @@ def first_hit(
     def no_place(_: Fraction) -> None:
         return None
 
-    if isinstance(shape, SIMPLE):
+    if isinstance(shape, SIMPLE) or (isinstance(shape, Disc | Segment) and shape.radius > 0):
         return cast(ray, shape), no_faces, no_place
     if isinstance(shape, Cylinder):
         return rays_curved.cylinder(origin, way, shape), no_faces, no_place
@@ -69,7 +70,9 @@ def first_hit(
     if isinstance(solid, Planes):
         faces = lambda n: solid.faces(opposite(exact(n)))  # noqa: E731
         return rays_polytopes.planes(origin, way, solid), faces, no_place
-    assert isinstance(solid, Vertices)
+    assert isinstance(solid, Corners)
+    if not isinstance(solid, Vertices):
+        return rays_polytopes.hull(origin, way, solid), no_faces, no_place
 
     def place(time: Fraction) -> Place | None:
         found, (_, mix) = exact_nearest(Corners([along(origin, time, way)]), solid)

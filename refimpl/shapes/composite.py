@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from refimpl.linear import Array
+from refimpl.linear import Array, largest
 from refimpl.proxy import Proxy, ShapeError
 from refimpl.shapes.boxes import AABB, Box
 from refimpl.shapes.convex import ConvexPolyhedron
@@ -32,6 +32,8 @@ class Composite(Proxy):
 
     header: ClassVar[int] = 1
     parts: ClassVar[tuple[Proxy, ...]]
+    mesh: ClassVar[Polyhedron | None] = None
+    """The mesh of which the parts are the faces, where they are: see `of_faces`."""
 
     def __init__(self, parts: Sequence[Proxy]) -> None:
         if isinstance(parts, Proxy) or not isinstance(parts, Sequence):
@@ -48,6 +50,25 @@ class Composite(Proxy):
             raise ShapeError(f"Composite.parts: batch shapes do not broadcast: {named}") from None
         object.__setattr__(self, "parts", tuple(part.broadcast_to(batch) for part in parts))
 
+    @classmethod
+    def of_faces(cls, mesh: Polyhedron) -> Self:
+        """Give the surface of a mesh: the union of its faces, each a flat hull of its three corners.
+
+        The parts are made when they are asked for; a batch of poses of one mesh is moved, sliced and answered as one.
+        """
+        made = object.__new__(cls)
+        object.__setattr__(made, "mesh", mesh)
+        return made
+
+    def __getattr__(self, name: str) -> Any:
+        """Make the parts of a surface, at the first call."""
+        if name != "parts" or self.mesh is None:
+            raise AttributeError(f"a {type(self).__name__} has no attribute {name!r}")
+        pose = self.mesh.position, self.mesh.rotation
+        parts = tuple(ConvexPolyhedron.from_vertices(corners, *pose) for corners in self.mesh.solid.corners)
+        object.__setattr__(self, "parts", parts)
+        return parts
+
     def _each(self, change: Callable[[Any], Proxy]) -> Self:
         """Apply one change to every part."""
         made = object.__new__(type(self))
@@ -55,17 +76,19 @@ class Composite(Proxy):
         return made
 
     def _mapped(self, change: Callable[[Array, int], Array]) -> Self:
+        if self.mesh is not None:
+            return self.of_faces(self.mesh._mapped(change))
         return self._each(lambda part: part._mapped(change))
 
     @property
     def batch_shape(self) -> tuple[int, ...]:
         """Leading axes shared by all parts."""
-        return self.parts[0].batch_shape
+        return self.mesh.batch_shape if self.mesh is not None else self.parts[0].batch_shape
 
     @property
     def sizes(self) -> tuple[int, ...]:
         """The number of parts."""
-        return (len(self.parts),)
+        return (len(self.parts if self.mesh is None else self.mesh.triangles),)
 
     @property
     def storage(self) -> int:
@@ -115,7 +138,10 @@ class Composite(Proxy):
         return type(self)(made)
 
     def identity(self) -> tuple[tuple[Hashable, ...], Array]:
-        """The parts' types and forms, and their rows side by side."""
+        """The parts' types and forms, and their rows side by side; of a surface the mesh's."""
+        if self.mesh is not None:
+            form, poses = self.mesh.identity()
+            return ("faces", *form), poses
         own = [(type(part).__name__, *part.identity()) for part in self.parts]
         batch = self.batch_shape
         flat = [np.reshape(row, (*batch, math.prod(row.shape[len(batch) :]))) for _, _, row in own]
@@ -129,6 +155,8 @@ class Composite(Proxy):
     @property
     def magnitude(self) -> Array:
         """Largest absolute coordinate or extent of any part."""
+        if self.mesh is not None:
+            return np.asarray(np.maximum(largest(self.mesh.position), np.max(np.abs(self.mesh.solid.corners))))
         return np.asarray(np.max([part.magnitude for part in self.parts], axis=0))
 
     @property
@@ -139,6 +167,8 @@ class Composite(Proxy):
 
     def translated(self, offset: Any) -> Self:
         """Move all parts by `offset`."""
+        if self.mesh is not None:
+            return self.of_faces(self.mesh.translated(offset))
         return type(self)([part.translated(offset) for part in self.parts])
 
     def rotated(self, rotation: Any) -> Self:

@@ -187,7 +187,7 @@ class ConvexPolyhedron(Polytope):
             return super()._mapped(change)
         geometry = (shared[0], None if shared[1] is None else change(shared[1], 0))
         made = self._posed(geometry, change(self.position, 1), change(self.rotation, 1))
-        return made._with_hull_of(self, lambda derived: derived.mapped(change))
+        return made._deriving_as(self, lambda derived: derived.mapped(change))
 
     def translated(self, offset: Any) -> Self:
         """Move by `offset`."""
@@ -208,7 +208,7 @@ class ConvexPolyhedron(Polytope):
             batch = np.broadcast_shapes(position.shape[:-1], rotation.shape[:-1])
             geometry = (shared[0], None if shared[1] is None else np.broadcast_to(shared[1], batch))
             made = self._posed(geometry, position, rotation)
-        return made._with_hull_of(self, lambda derived: derived.broadcast_to(made.batch_shape))
+        return made._deriving_as(self, lambda derived: derived.broadcast_to(made.batch_shape))
 
     def _scaled(self, factor: Array) -> Self:
         if self.given == "vertices":
@@ -238,7 +238,7 @@ class ConvexPolyhedron(Polytope):
         else:
             total = power if shared[1] is None else power + shared[1]
             made = self._posed((shared[0], np.broadcast_to(total, position.shape[:-1])), position, self.rotation)
-        return made._with_hull_of(self, lambda derived: derived.times_power(power))
+        return made._deriving_as(self, lambda derived: derived.times_power(power))
 
     def _scaled_by(self, numbers: Array, power: Array) -> Array:
         """Planes or vertices times 2^power."""

@@ -125,4 +125,4 @@ class KDOP(Polytope):
         power = np.asarray(exponent)[..., None] - own
         lower, upper = np.ldexp(self.lower, power), np.ldexp(self.upper, power)
         made = self._trusted(shifted(self.directions, -own, 1), lower, upper)
-        return made._with_hull_of(self, lambda derived: derived.times_power(exponent))
+        return made._deriving_as(self, lambda derived: derived.times_power(exponent))

@@ -36,7 +36,7 @@ class Point(Proxy):
 
     def translated(self, offset: Any) -> Self:
         """Move by `offset`."""
-        return type(self)(self.position + as_offset(offset))
+        return type(self)(self.position + as_offset(offset, self.dimension))
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin."""
@@ -84,7 +84,7 @@ class Ray(Proxy):
 
     def translated(self, offset: Any) -> Self:
         """Move the origin by `offset`."""
-        return type(self)(self.origin + as_offset(offset), self.direction)
+        return type(self)(self.origin + as_offset(offset, self.dimension), self.direction)
 
     def rotated(self, rotation: Any) -> Self:
         """Turn about the origin of the coordinates."""

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from refimpl.flat.base import Flat
+from refimpl.flat.sweeps import sweep_flat
 from refimpl.motions import Motion, RigidMotion, as_motion
 from refimpl.pairs import TABLE
 from refimpl.proxy import Proxy, ShapeError, UnsupportedOperation
@@ -59,7 +61,9 @@ def sweep(a: Proxy, b: Proxy, motion_a: Motion | None = None, motion_b: Motion |
             raise UnsupportedOperation("a Ray does not move: sweep a Point, or use raycast")
     if isinstance(a, Point) and isinstance(b, Point):
         raise UnsupportedOperation("sweep: Point against Point is not a cell of the pair table")
-    from_a, from_b = as_motion(motion_a), as_motion(motion_b)
+    if a.dimension != b.dimension:
+        raise UnsupportedOperation(f"sweep: a {type(a).__name__} is of another world than a {type(b).__name__}")
+    from_a, from_b = as_motion(motion_a, a.dimension), as_motion(motion_b, b.dimension)
     shapes = [part.batch_shape for part in (a, b, from_a, from_b)]
     try:
         batch = np.broadcast_shapes(*shapes)
@@ -75,6 +79,8 @@ def sweep(a: Proxy, b: Proxy, motion_a: Motion | None = None, motion_b: Motion |
 
 def _flat(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion) -> SweepHit:
     """Sweep proxies with one batch axis."""
+    if isinstance(x, Flat):
+        return sweep_flat(x, y, motion_x, motion_y)
     if isinstance(motion_x, RigidMotion) or isinstance(motion_y, RigidMotion):
         from refimpl.sweeps.rigid import sweep_rigid  # noqa: PLC0415  what only rotations need
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from refimpl.flat import polygons
 from refimpl.linear import Array
 from refimpl.queries import distance
 from refimpl.results import where
@@ -22,6 +23,8 @@ def common_points(x: Proxy, y: Proxy) -> Array:
     for probe in (x, y):
         if isinstance(probe, Point):
             return np.array(probe.position)
+    if x.dimension == 2:
+        return polygons.common_points(x, y)
     overlap = distance(x, y)
     middle = 0.5 * (overlap.on_a + overlap.on_b)
     point = where(np.asarray(np.isfinite(middle).all(axis=-1)), middle, np.zeros_like(middle))

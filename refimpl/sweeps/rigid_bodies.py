@@ -137,7 +137,7 @@ def turnable(shape: Proxy) -> Any:
         planes = np.concatenate([normals, offsets[..., None]], axis=-1)
         rest = np.zeros((*shape.batch_shape, 3)), np.broadcast_to(STILL, (*shape.batch_shape, 4))
         shape.derived()  # what it has derived serves the other type too
-        return ConvexPolyhedron._trusted(planes, *rest)._with_hull_of(shape, lambda derived: derived)
+        return ConvexPolyhedron._trusted(planes, *rest)._deriving_as(shape, lambda derived: derived)
     return shape
 
 

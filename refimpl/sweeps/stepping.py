@@ -54,7 +54,7 @@ def stepped(
     """
     if steps < 1:
         raise ValueError(f"steps: at least 1, got {steps}")
-    from_a, from_b = as_motion(motion_a), as_motion(motion_b)
+    from_a, from_b = as_motion(motion_a, a.dimension), as_motion(motion_b, b.dimension)
     shapes = [part.batch_shape for part in (a, b, from_a, from_b)]
     first = np.full(np.broadcast_shapes(*shapes), np.inf)
     for k in range(steps + 1):

@@ -91,7 +91,7 @@ def decided(found: SweepHit, doubtful: Bools, x: Proxy, y: Proxy, motion_x: Moti
         if proof.lower > 1:
             hit[i], t[i], point[i], normal[i] = False, np.inf, np.nan, np.nan
         elif proof.upper <= 1:
-            t[i] = float(proof.upper)
+            hit[i], t[i] = True, float(proof.upper)
             point[i], normal[i] = _touching(x[i], y[i], motion_x[i], motion_y[i], t[i])
     return SweepHit(hit, t, point, normal, early)
 
@@ -100,7 +100,7 @@ def _touching(x: Proxy, y: Proxy, motion_x: Motion, motion_y: Motion, t: float) 
     """Point and normal of a contact at a time; no normal at the start."""
     u, v = motion_x.placed(x, t), motion_y.placed(y, t)
     if t == 0:
-        return common_points(u[None], v[None])[0], np.full(3, np.nan)
+        return common_points(u[None], v[None])[0], np.full(u.dimension, np.nan)
     near = distance(u, v)
     return 0.5 * (near.on_a + near.on_b), near.normal
 

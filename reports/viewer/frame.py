@@ -156,6 +156,8 @@ class View:
 
 
 USUAL = View(-50.0, 22.0)
+FROM_ABOVE = View(-90.0, 90.0)
+"""With x to the right and y upwards: how the plane is looked at."""
 VIEWS = [View(USUAL.azimuth + turn, rise) for rise in (22.0, 38.0, 8.0) for turn in range(0, 360, 15)]
 EYES = np.array([view.axes[2] for view in VIEWS])
 TILT = 0.25

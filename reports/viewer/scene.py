@@ -10,12 +10,14 @@ import numpy as np
 
 from oracles.outcome import Bucket, Finding
 from oracles.scene import Scene
+from oracles.world import is_flat
 from refimpl.linear import Array, norm
 from refimpl.shapes import Point, Proxy, Ray
 from reports import text
 from reports.viewer import marks
 from reports.viewer.cut import Shown, shown
-from reports.viewer.frame import Frame, View, best_view, choose, exponent_of
+from reports.viewer.flat import in_space
+from reports.viewer.frame import FROM_ABOVE, Frame, View, best_view, choose, exponent_of
 from reports.viewer.marks import Mark
 from reports.viewer.said import said
 from reports.viewer.solids import BEYOND_DRAWING, Line, Plane, Solid, solids
@@ -42,6 +44,8 @@ class Picture:
         What a screen reader says.
     notes
         How the picture differs from the scene, in sentences.
+    names
+        What the two bodies are called; without names they are A and B, and have these letters.
     """
 
     a: list[Solid]
@@ -54,6 +58,7 @@ class Picture:
     label: str
     notes: list[str]
     engine: str
+    names: tuple[str, str] | None = None
 
 
 def picture_of(bucket: Bucket) -> Picture:
@@ -63,7 +68,7 @@ def picture_of(bucket: Bucket) -> Picture:
 
 
 def _picture_of(bucket: Bucket) -> Picture:
-    finding = bucket.witness
+    finding = in_space(bucket.witness)
     scene, proof_scene = finding.scene, _proof_scene(finding)
     exponent = exponent_of(
         [float(scene.a.magnitude), float(scene.b.magnitude), *_positions(scene.a), *_positions(scene.b)]
@@ -85,10 +90,10 @@ def _picture_of(bucket: Bucket) -> Picture:
         b=b.parts,
         ghost=[part for ghost in ghosts for part in ghost.parts],
         marks=found.marks,
-        view=_view(a, b, found.marks),
+        view=FROM_ABOVE if is_flat(bucket.witness.scene.b) else _view(a, b, found.marks),
         size=frame.size,
         said=said(finding),
-        label=_label(finding),
+        label=_label(bucket.witness),
         notes=[f"{note}." for note in dict.fromkeys(notes)],
         engine=text.visible(bucket.engine, limit=40),
     )

@@ -9,6 +9,15 @@ from oracles.repro.pieces.boxes import aabb, box
 from oracles.repro.pieces.claims import Interval, common, core, endless, escape, inscribed, near, separated
 from oracles.repro.pieces.curved import cylinder, ellipsoid
 from oracles.repro.pieces.exact import require
+from oracles.repro.pieces.flat import (
+    around,
+    disc,
+    flat_point,
+    flat_ray,
+    flat_segment,
+    polygon,
+    rectangle,
+)
 from oracles.repro.pieces.polytopes import halfspace, kdop, polytope
 from oracles.repro.pieces.rays import free, hit, ray
 from oracles.repro.pieces.rounds import capsule, point, sphere
@@ -27,6 +36,12 @@ MEANING: dict[str, Any] = {
     "ConvexPolyhedron": polytope,
     "Polyhedron": polyhedron,
     "Ray": ray,
+    "FlatPoint": flat_point,
+    "FlatRay": flat_ray,
+    "Disc": disc,
+    "Segment": flat_segment,
+    "Rectangle": rectangle,
+    "ConvexPolygon": polygon,
 }
 CHECKS: dict[str, Any] = {
     "separated": separated,
@@ -40,6 +55,7 @@ CHECKS: dict[str, Any] = {
     "part": part,
     "free": free,
     "hit": hit,
+    "around": around,
 }
 
 
