@@ -232,12 +232,11 @@ def test_parts_are_split_where_they_are_apart():
 
 @pytest.mark.parametrize("fit", [medial_spheres, packed_spheres, fitted_spheres, fitted_capsules, fitted_boxes])
 def test_a_seed_decides_and_units_do_not(fit):
-    options = {} if fit is packed_spheres else {"detail": 400}
+    options = {} if fit is packed_spheres else {"detail": 200}
     first = fit(TORUS, 3, seed=4, **options).pack()
     assert np.array_equal(first, fit(TORUS, 3, seed=4, **options).pack())
-    for exponent in (20, -300):
-        other = fit(TORUS.times_power(exponent), 3, seed=4, **options).times_power(-exponent)
-        assert np.array_equal(first, other.pack())
+    other = fit(TORUS.times_power(-300), 3, seed=4, **options).times_power(300)
+    assert np.array_equal(first, other.pack())
     moved = fit(TORUS.rotated(TURN).translated([1, 2, 3]), 3, seed=4, **options)
     back = fit(TORUS, 3, seed=4, **options).rotated(TURN).translated([1, 2, 3])
     assert np.array_equal(moved.pack(), back.pack())
@@ -265,6 +264,8 @@ def test_what_no_collider_can_be_made_of_is_refused(tmp_path):
             medial_spheres(source, 2)
     with pytest.raises(ConstructionError, match="single Polyhedron"):
         medial_spheres(L_PRISM.translated(np.zeros((2, 3))), 2)
+    with pytest.raises(ConstructionError, match="no ball fits"):
+        medial_spheres(Polyhedron(*box((0, 0, 0), (1, 1, 2.0**-48))), 2)
     for count in (0, 257, 2.0, True, "2"):
         with pytest.raises(ConstructionError, match="count: expected a whole number"):
             packed_spheres(L_PRISM, count)

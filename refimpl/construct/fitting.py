@@ -19,6 +19,7 @@ from refimpl.construct.packing import packed_balls
 from refimpl.construct.parts import moments, split
 from refimpl.construct.primitives import BOXES, CAPSULES, LEAST, SPHERES, Family
 from refimpl.construct.relocating import relocated
+from refimpl.construct.sources import ConstructionError
 from refimpl.construct.surfaces import surface_samples
 from refimpl.linear import Array
 from refimpl.principal import quaternion_of
@@ -130,7 +131,12 @@ def fitted_boxes(mesh: Any, count: int, *, seed: int = 0, detail: int = DETAIL) 
 def _balls(solid: Solid, seed: int) -> tuple[Array, Array]:
     """Medial balls of a solid."""
     samples = surface_samples(Polyhedron(solid.vertices, solid.triangles), SAMPLES, seed)
-    return medial_balls(solid, samples, float(np.max(np.ptp(solid.vertices, axis=0))))
+    center, radius = medial_balls(solid, samples, float(np.max(np.ptp(solid.vertices, axis=0))))
+    if not len(radius):
+        raise ConstructionError(
+            "mesh: no ball fits inside that its coordinates can tell from none; move it to the origin"
+        )
+    return center, radius
 
 
 def _fitted(
