@@ -54,11 +54,10 @@ def _core(claim: Core, a: Solid, b: Solid) -> Bound:
     # moving its vertices by `outside` at most, into the cores, brings no facet of the hull nearer by more than that
     outside = max((beyond_a + beyond_b for (_, beyond_a), (_, beyond_b) in found), default=NONE)
     if len(points) == 1 and not items(claim.triangles, "triangles"):
-        bound = root(dot(points[0], points[0]))[1] + outside - a.radius - b.radius
+        bound = root(dot(points[0], points[0]))[1] + outside
     else:
-        bound = (
-            outside - root((polygon if planar(a, b) else _polytope)(points, claim.triangles))[0] - a.radius - b.radius
-        )
+        bound = outside - root((polygon if planar(a, b) else _polytope)(points, claim.triangles))[0]
+    bound -= a.radius + b.radius
     require(bound <= 0, "pairs: they do not prove that the shapes meet")
     return bound
 

@@ -4,12 +4,11 @@ This file and those it imports, `claims`, `bounds`, `gaps`, `unions`, `reading`,
 `vectors`, are all of the project that has to be believed. They need nothing but the standard library, take every number
 as the exact rational that it is, and return only bounds that they have computed themselves.
 
-What a convex proxy is, `sets`, `reading` and `plane` say: a core, with its support function h(n) and a test for its
-points, widened by a ball of radius r. With A ⊖ B = {a − b}, the signed distance σ(A, B) is that of 0 from A ⊖ B, or,
-when 0 lies inside, minus that from the boundary. A ⊖ B has the support function h_A(n) + h_B(−n), and widening the
-cores lowers σ: σ(A, B) = σ(core A, core B) − r_A − r_B. For a `Ray` the bounds are on the time of its first hit, ∞ for
-a miss; up to a time it is a segment. Unions are apart when all parts are; when they overlap, σ is minus the length of
-the shortest translation of B that parts their interiors.
+What a convex proxy is, `sets`, `reading` and `plane` say: a core, with its support function h(n) and a test for points,
+widened by a ball of radius r. With A ⊖ B = {a − b}, the signed distance σ(A, B) is that of 0 from A ⊖ B, or, inside,
+minus that from the boundary. A ⊖ B has the support function h_A(n) + h_B(−n), and widening the cores lowers σ: σ(A, B)
+= σ(core A, core B) − r_A − r_B. For a `Ray` the bounds are on the time of its first hit, ∞ for none. Unions are apart
+when all parts are; else σ is minus the length of the shortest translation of B that parts the interiors.
 """
 
 from __future__ import annotations
