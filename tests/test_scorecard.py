@@ -84,7 +84,7 @@ def test_what_survives_is_the_set_that_it_should_be(cube: Scorecard, kind: str) 
             assert type(image) is type(proxy)
             assert support(image, WAYS) == pytest.approx(back[name], rel=1e-9), name
         else:
-            assert {"union": "Sphere"}.get(kind, type(proxy).__name__) in why
+            assert {"union": "Box"}.get(kind, type(proxy).__name__) in why
 
 
 def test_the_lecture_on_what_survives() -> None:
