@@ -75,7 +75,7 @@ class Mass(Survey):
     engines: ClassVar[Mapping[str, Library]] = {
         "refimpl": Library("oracles.surveys.mass_engines:Reference", "refimpl", "proxyproof"),
         "trimesh": Library("oracles.surveys.mass_engines:Trimesh", "trimesh", "'proxyproof[meshes]'"),
-        "pybullet": Library("oracles.surveys.mass_engines:Bullet", "pybullet", "'proxyproof[bullet]'"),
+        "bullet": Library("oracles.surveys.mass_engines:Bullet", "pybullet", "'proxyproof[bullet]'"),
     }
     each = 5.0
 
