@@ -144,8 +144,8 @@ class Bullet(SurveyEngine):
 
     calls = "pybullet.createMultiBody and getDynamicsInfo: localInertiaDiagonal"
     promise = (
-        f"principal moments of the shape in its own frame, held to {TOLERANCE:g}; hulls and capsules are bounding boxes "
-        "by convention, concave meshes cannot move and have no inertia, and volumes are not told"
+        f"principal moments of the shape in its own frame, held to {TOLERANCE:g}; hulls and capsules count as bounding "
+        "boxes by convention, concave meshes cannot move and have no inertia, and volumes are not told"
     )
     TYPES = ("Sphere", "Box", "Capsule", "Cylinder", "ConvexPolyhedron")
 

@@ -22,6 +22,7 @@ from rich.progress import track
 from refimpl.construct.kinds import KINDS
 from refimpl.construct.scorecard import Scorecard, scorecard
 from refimpl.loading import load_polyhedron
+from refimpl.shapes import AABB, Proxy
 from reports import scorecards, viewer
 from reports.markdown import table_lines
 from reports.studies.plots import StudyUnavailable
@@ -31,6 +32,11 @@ SHOWN = ("aabb", "sphere", "least_box", "ellipsoid", "kdop18", "hull", "capsules
 """Kinds that are in the picture, row by row."""
 COLUMNS, WIDE, HIGH = 4, 280, 232
 COLOURS = 96
+DRAWN = """() => [...document.querySelectorAll('canvas')].every((canvas) => canvas.width
+    && canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.some((x) => x))"""
+"""Whether every figure has been painted: the graphics card is read back some time after it was asked."""
+UPRIGHT = (1.0, 0.0, 0.0, 1.0)
+"""Turns y upwards to z upwards."""
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
 
@@ -41,6 +47,7 @@ class Model(NamedTuple):
     file: str
     repairs: tuple[str, ...]
     text: str
+    y_up: bool = False
 
 
 MODELS = (
@@ -62,11 +69,12 @@ MODELS = (
         "duck.obj",
         ("drop_crossing", "fill_holes", "drop_crossing", "fill_holes"),
         "The duck's beak runs through itself in one face; without it and its neighbours the rim is closed anew, twice.",
+        y_up=True,
     ),
 )
 
 TEXT = (
-    "What `proxyproof fit` says of models that PyBullet ships. Times are of one machine, on a busy day: their order "
+    "What `proxyproof fit` says of models that PyBullet ships. Times are of one machine: their order "
     "tells something. Bounding volumes contain every corner, proven in exact arithmetic; colliders stand for the model "
     "and reach beyond it here and there, or not everywhere to its surface."
 )
@@ -84,6 +92,11 @@ def cards(
     for model in track(models, description="models", transient=True):
         solid = load_polyhedron(root / model.file, repairs=model.repairs)
         yield model, scorecard(solid, kinds, name=model.file)
+
+
+def upright(shape: Proxy) -> Proxy:
+    """Turn what stands on its back; an AABB as a box."""
+    return (shape.to_box() if isinstance(shape, AABB) else shape).rotated(UPRIGHT)
 
 
 @contextmanager
@@ -110,14 +123,14 @@ STYLE = (
 )
 
 
-def gallery(card: Scorecard) -> str:
+def gallery(card: Scorecard, *, y_up: bool = False) -> str:
     """A page with some of the proxies over the model, as they are photographed."""
-    shown = [score for score in card.scores if score.kind in SHOWN and score.proxy is not None]
-    parts = "".join(
-        f"<section><h3>{escape(score.title)}</h3>{viewer.model_figure(card.model, score.proxy, score.title)}</section>"
-        for score in shown
-        if score.proxy is not None
-    )
+    model = card.model.rotated(UPRIGHT) if y_up else card.model
+    parts = ""
+    for kind in (kind for kind in SHOWN if kind in card.proxies):
+        proxy, title = card.proxies[kind], KINDS[kind].title
+        figure = viewer.model_figure(model, upright(proxy) if y_up else proxy, title)
+        parts += f"<section><h3>{escape(title)}</h3>{figure}</section>"
     head = f'<meta charset="utf-8"><style>{viewer.style()}{STYLE}</style>'
     return f"<!DOCTYPE html>{head}<main>{parts}</main><script>{viewer.script()}</script>"
 
@@ -129,7 +142,7 @@ def photograph(started: Any, page: str, path: Path) -> None:
     opened = started.new_page(viewport={"width": COLUMNS * (WIDE + 4) + 4, "height": 900}, color_scheme="light")
     opened.set_content(page)
     opened.wait_for_function("document.querySelectorAll('figure:not(.live)').length === 0")
-    opened.wait_for_timeout(1500)  # the graphics card is read back when it is done
+    opened.wait_for_function(DRAWN)
     taken = Image.open(io.BytesIO(opened.locator("main").screenshot()))
     opened.close()
     taken.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
@@ -154,7 +167,7 @@ def main(arguments: list[str]) -> None:
         with browser() as started:
             parts = []
             for model, card in cards():
-                photograph(started, gallery(card), folder / f"scorecard-{model.name}.png")
+                photograph(started, gallery(card, y_up=model.y_up), folder / f"scorecard-{model.name}.png")
                 parts.append(told(model, card))
     except StudyUnavailable as error:
         sys.exit(str(error))
