@@ -15,6 +15,7 @@ from refimpl import load_polyhedron
 from refimpl.construct import contains
 from reports import cli, viewer
 from reports.fit_command import WAYS_OUT
+from tests.browser import chromium, visit
 from tests.solids import box, prism
 from tests.test_loading import obj
 
@@ -77,6 +78,20 @@ def test_the_page_is_whole_and_refers_to_what_is_there(fitted: tuple[Path, str])
     assert all((folder / name).is_file() for name in linked)
     anchors = set(re.findall(r'href="#([^"]+)"', page))
     assert anchors <= set(re.findall(r'id="([^"]+)"', page))
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_page_comes_to_life_in_a_browser(fitted: tuple[Path, str], width: int) -> None:
+    folder, _ = fitted
+    options = {"viewport": {"width": width, "height": 844}, "color_scheme": "dark" if width < 500 else "light"}
+    with chromium() as started, visit(started, (folder / "index.html").as_uri(), **options) as its:
+        its.page.locator("#aabb").scroll_into_view_if_needed()
+        its.page.wait_for_selector("#aabb figure.live")
+        assert its.page.locator("#aabb .scene-tools button").all_inner_texts() == ["model", "axis-aligned box", "reset"]
+        its.page.locator("#model").scroll_into_view_if_needed()
+        its.page.wait_for_selector("#model figure.live")
+        assert its.page.locator("#model .scene-tools button").all_inner_texts() == ["model", "reset"]
+        assert its.page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_proxies_read_back_contain_the_model(fitted: tuple[Path, str]) -> None:

@@ -1,4 +1,4 @@
-"""The picture of a model and a proxy of it: one over the other, in one frame for all proxies of the model."""
+"""The picture of a model and a proxy of it, one over the other."""
 
 from __future__ import annotations
 
