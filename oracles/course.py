@@ -127,9 +127,11 @@ def placed(shape: Proxy, motion: RigidMotion, t: Any) -> Proxy:
     return shape.translated(world_of(shape).vectors(scale(np.asarray(t, dtype=float), motion.linear)))
 
 
-def can_turn(kind: type[Proxy]) -> bool:
-    """Whether shapes of a type may turn in a sweep: their axes are their own, and they have an end."""
-    return not (is_flat(kind) or issubclass(kind, (AABB, KDOP, HalfSpace, Composite)))
+def can_turn(shape: Proxy) -> bool:
+    """Whether a shape may turn in a sweep: its axes, or those of all its parts, are its own, and it has an end."""
+    if isinstance(shape, Composite):
+        return all(can_turn(part) for part in shape.parts)
+    return not (is_flat(type(shape)) or isinstance(shape, AABB | KDOP | HalfSpace))
 
 
 def _farthest(shape: Proxy, center: Array) -> Array:

@@ -22,7 +22,7 @@ from oracles.surveys import SURVEYS, load_survey
 from oracles.tasks import BulkTask, CrowdTask, HuntTask, RelateTask, ReplayTask, SurveyTask, Task
 from oracles.world import SPACE, is_flat
 
-FIRST_PASS, LARGEST_PASS = 1, 100
+FIRST_PASS, LARGEST_PASS = 1, 200
 """Scenes of each regime and pair in the first pass and in the largest: the first is to see every cell and regime once,
 and to leave time for all hunters."""
 HUNT_EVERY = 3

@@ -197,7 +197,7 @@ def _turning(draws: Draws, swept: Swept) -> Swept:
     a, b, course = swept
     sides = []
     for shape, side in ((a, course.a), (b, course.b)):
-        if not can_turn(type(shape)):
+        if not can_turn(shape):
             sides.append(side)
             continue
         free = draws.uniform(-MOST_TURN, MOST_TURN, 3)

@@ -30,6 +30,8 @@ COLUMNS: tuple[tuple[str, str], ...] = (
     ("not the nearest", "not_nearest"),
     ("lost", "lost"),
 )
+BROKEN = ("missing", "not_nearest", "lost")
+"""What breaks a promise."""
 
 
 def matrix(run: Run) -> Table:
@@ -71,7 +73,7 @@ def counts(run: Run) -> Table:
         mine = [count for count in run.crowds if count.engine == engine]
         sums = [sum(getattr(count, name) for count in mine) for _, name in COLUMNS]
         entries = [
-            Entry(text.count(n), state="wrong" if n and name in ("missing", "not_nearest", "lost") else "")
+            Entry(text.count(n), state="wrong" if n and name in BROKEN else "")
             for (_, name), n in zip(COLUMNS, sums, strict=True)
         ]
         named = mine[0]
@@ -116,6 +118,12 @@ def shown(run: Run) -> tuple[Table, ...]:
     return (matrix(run), counts(run), *([found] if found.rows else []))
 
 
-def failures(run: Run) -> list[CrowdCount]:
-    """Where an engine broke its promise."""
-    return [count for count in run.crowds if count.wrong]
+def failures(run: Run) -> list[str]:
+    """Sentences on where an engine broke its promise."""
+    said = []
+    for engine in dict.fromkeys(count.engine for count in run.crowds if count.wrong):
+        mine = [count for count in run.crowds if count.engine == engine]
+        missing, wrong, lost = (sum(getattr(count, name) for count in mine) for name in BROKEN)
+        pairs = f"{text.plural(missing, 'pair')} missing, {text.plural(wrong, 'nearest pair')} wrong"
+        said.append(f"broad phase of {engine}: {pairs}, {text.plural(lost, 'crowd')} lost")
+    return said

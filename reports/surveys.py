@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -43,9 +44,18 @@ def shown(run: Run) -> tuple[Section, ...]:
     return tuple(_section(run, name) for name in dict.fromkeys(count.survey for count in run.surveys))
 
 
-def failures(run: Run) -> list[SurveyCount]:
-    """Where an engine is not as it promises."""
-    return [count for count in run.surveys if count.failed]
+def failures(run: Run) -> list[str]:
+    """Sentences on where an engine is not as it promises."""
+    counts: dict[tuple[str, str, str], Counter[str]] = {}
+    for one in run.surveys:
+        counts.setdefault((one.survey, one.engine, one.question), Counter()).update(
+            {name: getattr(one, name) for name in ("wrong", "lost", "asked")}
+        )
+    return [
+        f"survey {survey}, {engine}, {question}: {n['wrong']} wrong and {n['lost']} lost of {n['asked']}"
+        for (survey, engine, question), n in counts.items()
+        if n["wrong"] or n["lost"]
+    ]
 
 
 def _section(run: Run, name: str) -> Section:

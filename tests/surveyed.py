@@ -30,7 +30,7 @@ class Roots(Survey):
             ("broken", "NoSuchClass", "math"),
         )
     }
-    each: ClassVar = 0.5
+    each: ClassVar = 1.5
 
     def cases(self, seed: int) -> list[Case]:
         regimes = ["small" if number < 100 else "large" for number in NUMBERS]

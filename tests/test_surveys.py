@@ -22,6 +22,7 @@ from oracles.surveys.survey import Case, SurveyEngine
 from oracles.tasks import SurveyTask
 from refimpl.pairs import TABLE
 from reports import html, junit, markdown
+from reports.findings import warnings
 from reports.reading import NoReport, run_from_data
 from reports.running import FINISHED, INCOMPLETE, REFERENCE_WRONG, exit_status
 from reports.summary import report_data, report_json, schema
@@ -88,12 +89,12 @@ def test_an_answer_that_is_no_number_is_no_right_answer() -> None:
 def test_a_crash_a_hang_and_nonsense_are_lost_and_nothing_else_is() -> None:
     cases = Roots().cases(0)[: len(surveyed.NUMBERS)]
     said = ask_apart(
-        "oracles.surveys.survey:answerer", "tests.surveyed:Fragile", [case.to_json() for case in cases], 0.5
+        "oracles.surveys.survey:answerer", "tests.surveyed:Fragile", [case.to_json() for case in cases], 1.5
     )
     lost = dict(zip(surveyed.NUMBERS, said, strict=True))
     assert (lost[0.0].answer, lost[2.0].answer) == (0.0, math.sqrt(2))
     assert "SIGSEGV" in lost[1.0].lost
-    assert lost[4.0].lost == "no answer within 0.5 s"
+    assert lost[4.0].lost == "no answer within 1.5 s"
     assert lost[10.0].lost == "RuntimeError: no roots of ten"
     assert (lost[1e9].answer, lost[1e9].lost) == ("a potato", "")  # it is for the judge to say that it is none
     assert "not JSON serializable" in lost[123456.789].lost
@@ -134,12 +135,16 @@ def test_reports_show_what_was_found_and_read_it_back() -> None:
     for said in ("Square roots", "✗ 3 of 5 wrong", "root(1.0)", "needs a thing"):
         assert said in page
         assert said in lines.replace("\\", "")
+    told = "survey roots, planted, root: 5 wrong and 0 lost of 7"
+    assert told in warnings(run)
+    assert told in page
     assert 'failures="1"' in cases
     assert "small: 3 wrong and 0 lost of 5; large: 2 wrong and 0 lost of 2" in cases
 
 
-def test_the_reference_is_not_excused() -> None:
+def test_the_reference_is_not_excused_where_it_is_wrong_and_proves_nothing_where_it_is_lost() -> None:
     assert exit_status(run_with(verdicts(surveyed.Halves(), "refimpl"))) == REFERENCE_WRONG
+    assert exit_status(run_with(verdicts(surveyed.NotANumber(), "refimpl"))) == INCOMPLETE
 
 
 def test_a_witness_that_shows_nothing_is_refused() -> None:

@@ -67,7 +67,14 @@ def _one_child(maker: str, spec: str, questions: Sequence[Any], each: float) -> 
         asked.writelines(json.dumps(question).encode() + b"\n" for question in questions)
         asked.seek(0)
         environment = {**os.environ, **dict.fromkeys(THREADS, "1")}
-        with subprocess.Popen(command, stdin=asked, stdout=said, stderr=subprocess.DEVNULL, env=environment) as child:
+        with subprocess.Popen(
+            command,
+            stdin=asked,
+            stdout=said,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+            start_new_session=True,  # who interrupts the run does not mean the engine
+        ) as child:
             try:
                 why = _watched(child, said, each)
             finally:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 SURVEYS: Mapping[str, str] = MappingProxyType(
     {
+        "bounding": "oracles.surveys.bounding:Bounding",
         "mass": "oracles.surveys.mass:Mass",
         "sprites": "oracles.surveys.sprites:Sprites",
     }

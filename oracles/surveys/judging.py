@@ -104,8 +104,8 @@ class SurveyCount:
 
     @property
     def against_reference(self) -> bool:
-        """Whether the reference itself is proven wrong."""
-        return self.failed and self.engine == REFERENCE
+        """Whether the reference itself is proven wrong; an answer that is lost proves nothing."""
+        return self.wrong > 0 and self.engine == REFERENCE
 
     def add(self, shown: Shown) -> None:
         """Count one answer."""

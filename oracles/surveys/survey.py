@@ -132,7 +132,7 @@ class Survey(ABC):
     engines : mapping
         Name to where it comes from.
     each : float
-        Seconds that one answer may take.
+        Seconds that one answer may take: many more than it does, as other processes want the processor, too.
     """
 
     name: ClassVar[str]
@@ -141,7 +141,7 @@ class Survey(ABC):
     questions: ClassVar[Mapping[str, str]]
     regimes: ClassVar[Mapping[str, str]]
     engines: ClassVar[Mapping[str, Library]]
-    each: ClassVar[float] = 2.0
+    each: ClassVar[float] = 10.0
 
     @abstractmethod
     def cases(self, seed: int) -> Sequence[Case]:

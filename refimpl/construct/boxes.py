@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from refimpl.construct.cloud import Cloud
-from refimpl.construct.extreme import centred, dimension, on_hull, principal_frame, rotation_of
+from refimpl.construct.extreme import centred, different_ways, dimension, on_hull, principal_frame, rotation_of
 from refimpl.construct.formulas import columns_of, inner
 from refimpl.construct.outwards import least_above, nearest
 from refimpl.construct.sources import points_of
-from refimpl.linear import Array, rotation_matrix
+from refimpl.linear import Array
 from refimpl.shapes import Box
 
 MOST_EDGES = 64  # of which all pairs are searched; more are thinned out evenly over their directions
@@ -68,8 +68,7 @@ def least_box(points: ArrayLike) -> Box:
 def around(cloud: Cloud, rotation: Array) -> Box:
     """Smallest box of a given rotation around a cloud, its centre rounded and the extents then the least."""
     columns, size = columns_of(rotation)
-    high = [cloud.highest(way) for way in columns]
-    low = [-cloud.highest([-v for v in way]) for way in columns]
+    low, high = zip(*(cloud.extent(way) for way in columns), strict=True)
     middle = [(a + b) / (2 * size) for a, b in zip(low, high, strict=True)]
     center = [
         sum((m * column[i] for m, column in zip(middle, columns, strict=True)), Fraction(0)) / size for i in range(3)
@@ -170,13 +169,4 @@ def _edge_directions(corners: Array) -> Array:
         found.append(ends[:, 1] - ends[:, 0])
     ways = np.concatenate(found)
     lengths = np.linalg.norm(ways, axis=1)
-    ways = ways / lengths[:, None]
-    sign = np.sign(ways[np.arange(len(ways)), np.argmax(np.abs(ways), axis=1)])
-    _, first = np.unique(np.round(ways * sign[:, None], 9), axis=0, return_index=True)
-    longest = first[np.argsort(-lengths[first], kind="stable")]
-    return np.asarray(ways[longest[:MOST_EDGES]])
-
-
-def frame_of(b: Box) -> Array:
-    """Axes of a box, in columns."""
-    return rotation_matrix(b.rotation)
+    return different_ways(ways / lengths[:, None], lengths)[:MOST_EDGES]

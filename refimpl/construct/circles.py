@@ -2,52 +2,56 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations
 
 import numpy as np
 
 from refimpl.linear import Array
 
+Place = tuple[float, float]
 ROUNDS = 64
+CLOSE = 1 + 1e-12
 
 
 def smallest_circle(points: Array) -> tuple[Array, float]:
     """Centre (2,) and radius of a circle about points (n, 2) that is the smallest, up to rounding."""
-    kept = [int(np.argmin(points[:, 0]))]
-    center, radius = points[kept[0]], 0.0
+    x, y = np.ascontiguousarray(points.T)
+    center: Place = (float(x[0]), float(y[0]))
+    corners, radius = [center], 0.0
     for _ in range(ROUNDS):
-        gap = points - center
-        square = gap[:, 0] ** 2 + gap[:, 1] ** 2
+        square = (x - center[0]) ** 2 + (y - center[1]) ** 2
         far = int(np.argmax(square))
-        if square[far] <= radius * radius * (1 + 1e-12) or far in kept:
+        place = (float(x[far]), float(y[far]))
+        if square[far] <= radius * radius * CLOSE or place in corners:
             break
-        center, radius, kept = _of_few(points, [*kept, far])
-    return center, radius
+        center, radius, corners = _of_few([*corners, place])
+    return np.array(center), radius
 
 
-def _of_few(points: Array, names: list[int]) -> tuple[Array, float, list[int]]:
+def _of_few(places: list[Place]) -> tuple[Place, float, list[Place]]:
     """Smallest circle of at most four points, by all pairs and triples, and the points that it touches."""
-    best = (points[names[0]], np.inf, names)
+    best = places[0], math.inf, places
     for count in (2, 3):
-        for chosen in combinations(names, count):
-            corner = points[list(chosen)]
-            center = _center(corner)
+        for chosen in combinations(places, count):
+            center = _center(chosen)
             if center is None:
                 continue
-            radius = float(np.hypot(*(corner[0] - center)))
-            reach = float(np.max(np.hypot(*(points[names] - center).T)))
-            if reach <= radius * (1 + 1e-12) and radius < best[1]:
-                best = (center, radius, list(chosen))
+            radius = math.dist(chosen[0], center)
+            if radius < best[1] and all(math.dist(place, center) <= radius * CLOSE for place in places):
+                best = center, radius, list(chosen)
     return best
 
 
-def _center(corners: Array) -> Array | None:
-    start, edges = corners[0], corners[1:] - corners[0]
+def _center(corners: tuple[Place, ...]) -> Place | None:
+    """Centre of the circle through two points as a diameter, or through three; None where these are collinear."""
+    (x, y), *rest = corners
+    edges = [(u - x, v - y) for u, v in rest]
     if len(edges) == 1:
-        return np.asarray(start + edges[0] / 2)
+        return x + edges[0][0] / 2, y + edges[0][1] / 2
     (a, b), (c, d) = edges
     twice = 2 * (a * d - b * c)
     if twice == 0:
         return None
     p, q = a * a + b * b, c * c + d * d
-    return np.asarray(start + np.array([(d * p - b * q) / twice, (a * q - c * p) / twice]))
+    return x + (d * p - b * q) / twice, y + (a * q - c * p) / twice

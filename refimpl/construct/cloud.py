@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -66,26 +67,38 @@ class Cloud:
 
     def greatest(self, formula: Polynomial) -> Greatest:
         """Greatest value of a polynomial over all points, exactly; of several such points one."""
-        chosen: Any = None
-        for arithmetic in (Enclosed, EnclosedTwice):
-            found = self._computed(formula, arithmetic, chosen)
+        return self._settled(formula, self._computed(formula, Enclosed, None))
+
+    def _settled(self, formula: Polynomial, found: Enclosed, side: int = 1) -> Greatest:
+        """The same, where the values in doubles are known, or for a side of −1 their opposites."""
+        found = found if side > 0 else -found
+        chosen = np.flatnonzero(found.may_be_greatest())
+        if found.error == 0:
+            return Greatest(found.exactly(int(chosen[0])), int(chosen[0]))
+        if len(chosen) > 1:
+            found = self._computed(formula, EnclosedTwice, chosen)
             best = np.flatnonzero(found.may_be_greatest())
-            chosen = best if chosen is None else chosen[best]
+            chosen = chosen[best]
             if found.error == 0:
                 return Greatest(found.exactly(int(best[0])), int(chosen[0]))
-            if len(chosen) == 1:
-                break
         values = {i: formula(self.exact(i), Fraction) for i in self._different(chosen)}
         index = max(values, key=values.__getitem__)
         return Greatest(values[index], index)
 
     def highest(self, way: Sequence[Fraction]) -> Fraction:
         """Greatest height way·x, exactly; along an axis it is that of a coordinate, which no other drowns."""
+        return self.extent(way)[1]
+
+    def extent(self, way: Sequence[Fraction]) -> tuple[Fraction, Fraction]:
+        """Least and greatest height way·x, exactly; along an axis those of a coordinate, which no other drowns."""
         counting = [i for i in range(3) if way[i] != 0]
         if len(counting) > 1:
-            return self.greatest(along(way)).value
-        column = self.points[:, counting[0]]
-        return way[counting[0]] * self.inwards(float(column.max() if way[counting[0]] > 0 else column.min()))
+            heights = self._computed(along(way), Enclosed, None)
+            low, high = (self._settled(along([side * w for w in way]), heights, side).value for side in (-1, 1))
+            return -low, high
+        factor, column = way[counting[0]], self.points[:, counting[0]]
+        ends = [self.inwards(float(end)) * factor for end in (column.min(), column.max())]
+        return min(ends), max(ends)
 
     def not_positive(self, formula: Polynomial) -> Bools:
         """Where a polynomial is at most 0, exactly."""
@@ -98,8 +111,18 @@ class Cloud:
             left = names[~(least | more)]
             if not len(left):
                 return answer
-        answer[left] = [formula(self.exact(i), Fraction) <= 0 for i in left.tolist()]
+        known: dict[bytes, bool] = {}  # points that are hard to decide about are often one point, many times
+        for i in left.tolist():
+            key = self.points[i].tobytes()
+            if key not in known:
+                known[key] = formula(self.exact(i), Fraction) <= 0
+            answer[i] = known[key]
         return answer
+
+    @cached_property
+    def _grain(self) -> int:
+        """All coordinates are whole multiples of 2^grain."""
+        return grain_of(self.columns)
 
     def _signs(self, formula: Polynomial, arithmetic: type[Enclosed], chosen: Any) -> tuple[Bools, Bools]:
         parts = [part.signs() for part in self._blocks(formula, arithmetic, chosen)]
@@ -113,7 +136,9 @@ class Cloud:
         """Values of the polynomial at some points (None: all), in one arithmetic, block by block."""
         columns = self.columns if chosen is None else self.columns[:, chosen]
         twice, lost = arithmetic is EnclosedTwice, self._lost
-        grain = grain_of(columns) if twice and not lost else None
+        grain = None
+        if twice and not lost:
+            grain = grain_of(columns) if columns.shape[1] <= BLOCK else self._grain
         of = _taking_in(arithmetic, twice)
         found = []
         for start in range(0, columns.shape[1], BLOCK):

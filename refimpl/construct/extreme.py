@@ -9,7 +9,7 @@ import numpy as np
 
 from refimpl.construct.cloud import Cloud
 from refimpl.linear import Array
-from refimpl.principal import principal_axes, quaternion_of
+from refimpl.principal import quaternion_of
 
 FLAT = 1e-12  # points that spread less along an axis than this share of their size are searched in fewer dimensions
 
@@ -29,8 +29,8 @@ def principal_frame(points: Array) -> Array:
     scaled = points / size
     scaled = scaled - scaled.mean(axis=0)
     spread = scaled.T @ scaled / len(points)
-    values, axes = np.linalg.eigh(spread)
-    return np.asarray(principal_axes(axes[:, ::-1] * np.sqrt(np.maximum(values[::-1], 1e-300)))[0])
+    axes = np.linalg.eigh(spread)[1]  # in ascending order
+    return np.stack([axes[:, 2], axes[:, 1], np.cross(axes[:, 2], axes[:, 1])], axis=1)
 
 
 def dimension(points: Array) -> tuple[int, Array]:
@@ -55,6 +55,23 @@ def on_hull(points: Array) -> Array:
         return np.asarray(points[ConvexHull(local).vertices])
     except QhullError:
         return points
+
+
+def face_normals(corners: Array, most: int) -> Array:
+    """Unit normals (k, 3) of the largest faces of a solid hull, one of each pair of parallel ones."""
+    from scipy.spatial import ConvexHull  # noqa: PLC0415  slow to import
+
+    hull = ConvexHull(corners)
+    a, b, c = (corners[hull.simplices[:, i]] for i in range(3))
+    return different_ways(hull.equations[:, :3], np.linalg.norm(np.cross(b - a, c - a), axis=1))[:most]
+
+
+def different_ways(ways: Array, sizes: Array) -> Array:
+    """Unit vectors that differ by more than their sign and rounding, those of the greatest sizes in sum first."""
+    sign = np.sign(ways[np.arange(len(ways)), np.argmax(np.abs(np.round(ways, 9)), axis=1)])
+    _, first, which = np.unique(np.round(ways * sign[:, None], 9) + 0.0, axis=0, return_index=True, return_inverse=True)
+    total = np.bincount(which.ravel(), weights=sizes)
+    return np.asarray(ways[first[np.argsort(-total, kind="stable")]])
 
 
 def rotation_of(frame: Array) -> Array:

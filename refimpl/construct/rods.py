@@ -1,8 +1,8 @@
 """Capsules and cylinders: a small one is proposed by its axis, then radius and ends are the least that contain all.
 
-No closed form of the smallest ones is known. The axis is searched from the two principal axes that promise most; for
-each direction it goes through the centre of the smallest circle around the points, seen along it (Ericson, Real-Time
-Collision Detection, 4.5; Schömer et al., Smallest Enclosing Cylinders, 2000).
+No closed form of the smallest ones is known. The axis is searched from the best of the principal axes and the normals
+of the hull's largest faces; for each direction it goes through the centre of the smallest circle around the points, as
+seen along it (Ericson, Real-Time Collision Detection, 4.5; Schömer et al., Smallest Enclosing Cylinders, 2000).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from refimpl.construct.balls import around as sphere_around
 from refimpl.construct.circles import smallest_circle
 from refimpl.construct.cloud import Cloud
-from refimpl.construct.extreme import centred, dimension, on_hull
+from refimpl.construct.extreme import centred, dimension, face_normals, on_hull
 from refimpl.construct.formulas import across, inner, less, near_segment
 from refimpl.construct.outwards import least_root, nearest
 from refimpl.construct.sources import ConstructionError, points_of
@@ -60,13 +60,15 @@ def cylinder(points: ArrayLike) -> Cylinder:
         beyond the largest double.
     """
     cloud = Cloud(points_of(points))
+    if dimension(centred(cloud)[0])[0] < 2:
+        raise ConstructionError(
+            "the points lie on one line, up to rounding: no cylinder is the smallest around them; use a capsule"
+        )
     low, high, axis = _searched(cloud, _cylinder_about)
     p, q = _ends_outside(cloud, low, high, axis)
     start, end = ([cloud.inwards(v) for v in x.tolist()] for x in (p, q))
     way = less(end, start)
     widest = cloud.greatest(across(start, way)).value / inner(way, way)
-    if widest == 0:
-        raise ConstructionError("the points lie on one line: no cylinder is the smallest around them; use a capsule")
     return Cylinder(p, q, least_root(widest, cloud, "cylinder"))
 
 
@@ -112,18 +114,20 @@ def _searched(cloud: Cloud, about: About) -> tuple[Array, Array, Array]:
     def cost(turn: Array, about_axis: Array) -> float:
         return about(unit, _turned(about_axis, turn))[0]
 
-    starts = sorted((about(unit, frame[:, i])[0], i) for i in range(3))
-    best = starts[0][0], frame[:, starts[0][1]]
+    ways = np.concatenate([frame.T, face_normals(unit, MOST_FACES) if count == 3 else np.zeros((0, 3))])
+    starts = sorted((about(unit, way)[0], i) for i, way in enumerate(ways))
+    best = starts[0][0], ways[starts[0][1]]
     for volume, i in starts[:2]:
-        options = {"initial_simplex": SIMPLEX, "maxfev": 160, "xatol": 1e-10, "fatol": 1e-12 * volume}
-        found = minimize(cost, np.zeros(2), args=(frame[:, i],), method="Nelder-Mead", options=options)
+        options = {"initial_simplex": SIMPLEX, "maxfev": 120, "xatol": 1e-10, "fatol": 1e-12 * volume}
+        found = minimize(cost, np.zeros(2), args=(ways[i],), method="Nelder-Mead", options=options)
         if found.fun < best[0]:
-            best = float(found.fun), _turned(frame[:, i], found.x)
+            best = float(found.fun), _turned(ways[i], found.x)
     low, high = about(unit, best[1])[1]
     return low * size + middle, high * size + middle, best[1]
 
 
-SIMPLEX = np.array([[0.0, 0.0], [0.3, 0.0], [0.0, 0.3]])
+MOST_FACES = 32  # of the hull, whose normals are tried
+SIMPLEX = np.array([[0.0, 0.0], [0.2, 0.0], [0.0, 0.2]])
 
 
 def _turned(axis: Array, by: Array) -> Array:

@@ -50,18 +50,19 @@ def kdop(points: ArrayLike, directions: int | ArrayLike = 26) -> KDOP:
     """
     ways = _directions(directions)
     cloud = Cloud(points_of(points))
-    upper = [_reach(cloud, way) for way in ways.tolist()]
-    lower = [-_reach(cloud, [-v for v in way]) for way in ways.tolist()]
+    lower, upper = zip(*(_extent(cloud, way) for way in ways.tolist()), strict=True)
     try:
         return KDOP(ways, lower, upper)
     except ShapeError as error:
         raise ConstructionError(f"directions: {error}") from None
 
 
-def _reach(cloud: Cloud, way: list[float]) -> float:
-    """Least double that is not below way·x for any of the points."""
+def _extent(cloud: Cloud, way: list[float]) -> tuple[float, float]:
+    """Greatest double that is not above way·x for any of the points, and least that is not below."""
     level, size = about_one([Fraction(v) for v in way])
-    return least_above(cloud.highest(level) * size, cloud, "bound along a direction")
+    low, high = cloud.extent(level)
+    what = "bound along a direction"
+    return -least_above(-low * size, cloud, what), least_above(high * size, cloud, what)
 
 
 def _directions(directions: int | ArrayLike) -> Array:

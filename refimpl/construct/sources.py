@@ -28,7 +28,7 @@ def points_of(source: Any) -> Array:
     source
         An array (n, 3), the path of a mesh file (its faces' corners; nothing else of it is needed, so that it may be
         open), a `Polyhedron`, a `ConvexPolyhedron` of vertices in the frame in which they were given, a composite of
-        these, or what else has `vertices` and `faces`, such as a `trimesh.Trimesh`.
+        these, or what else has `vertices` and perhaps `faces`, such as a `trimesh.Trimesh` or `trimesh.PointCloud`.
 
     Raises
     ------
@@ -44,6 +44,8 @@ def points_of(source: Any) -> Array:
         return _of_polytope(source)
     if hasattr(source, "vertices") and hasattr(source, "faces"):
         return _checked(_of_mesh(source), type(source).__name__)
+    if hasattr(source, "vertices"):
+        return _checked(source.vertices, type(source).__name__)
     return _checked(source, "points")
 
 
@@ -94,7 +96,7 @@ def _checked(given: Any, name: str) -> Array:
         raise ConstructionError(f"{name}: there is no point to bound")
     if len(points) > MOST_POINTS:
         raise ConstructionError(f"{name}: {len(points)} points, more than {MOST_POINTS}")
-    if not np.isfinite(points.max() - points.min()) and not np.all(np.isfinite(points)):
+    if not (np.isfinite(points.max()) and np.isfinite(points.min())):
         where = int(np.argwhere(~np.isfinite(points))[0][0])
         raise ConstructionError(f"{name}: point {where} is not finite: {points[where].tolist()}")
     return points

@@ -13,7 +13,7 @@ from refimpl.flat.difference import Difference, difference, outline_of, radius_o
 from refimpl.flat.outlines import Outline
 from refimpl.flat.polygon import ConvexPolygon
 from refimpl.flat.shapes import Disc, FlatPoint, Rectangle, Segment
-from refimpl.linear import Array, dot, largest, norm, unit_or
+from refimpl.linear import Array, dot, largest, norm, scale, unit_or
 from refimpl.results import Separation
 from refimpl.signs import Indices
 
@@ -78,6 +78,33 @@ def _normal(found: Difference, side: Indices, share: Array, offset: Array) -> Ar
         return np.asarray(np.min(-dot(corners, n[:, None, :]), axis=1))
 
     return best_normal([straight, unit_or(offset, straight)[0], other], gap_along, offset)
+
+
+def common_points(x: Any, y: Any) -> Array:
+    """One point (n, 2) of both of two flat proxies that overlap, or nearly so; with one batch axis.
+
+    Across a gap of the cores it divides the gap as the radii do. Cores that overlap have one on the line through the
+    origin along their normal, which leaves A ⊖ B at two sides: between the points of A that the witnesses of both are.
+    """
+    a, b = outline_of(x), outline_of(y)
+    core = separate(a, b)
+    reach = radius_of(x) + radius_of(y)
+    part = radius_of(x) / np.where(reach > 0, reach, 1.0)
+    found = difference(a, b)
+    corners = found.outline.corners
+    speed = -dot(found.outline.normals, core.normal[:, None, :])
+    leaves = speed > 0
+    with np.errstate(over="ignore", invalid="ignore"):
+        room = np.where(leaves, dot(found.outline.normals, corners) / np.where(leaves, speed, 1.0), np.inf)
+    side, depth = np.argmin(room, axis=1), -core.distance
+    far = np.where(np.isfinite(np.min(room, axis=1)), np.maximum(np.min(room, axis=1), 0.0), 0.0)
+    opposite = scale(-far, core.normal)
+    start, end = _at(corners, side), _at(np.roll(corners, -1, axis=1), side)
+    other, _ = _witnesses(found, a, b, side, parameter_on_segment(opposite, start, end - start))
+    whole = np.where(depth > 0, depth + far, 1.0)
+    weight = np.where(depth > 0, np.maximum(depth, 0.0) / whole, part)
+    toward = np.where((depth > 0)[:, None], other, core.on_b)
+    return np.asarray(core.on_a + scale(weight, toward - core.on_a))
 
 
 def polygons(x: Any, y: Any) -> Separation:
