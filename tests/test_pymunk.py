@@ -26,7 +26,7 @@ from oracles.flat_stages import FLAT_TARGETS
 from oracles.judges import Judges, finding_of
 from oracles.motion import Motion, Moving
 from oracles.opening import wanted_pairs
-from oracles.outcome import FINDINGS, SUSPECT, Bucket, Kind
+from oracles.outcome import FINDINGS, SUSPECT, Bucket, Kind, Run, SupportNote
 from oracles.repro import script_of
 from oracles.scene import (
     BOOLEAN,
@@ -45,6 +45,7 @@ from oracles.scene import (
 from oracles.world import PLANE, SPACE, is_flat
 from refimpl import Sphere
 from refimpl.flat import ConvexPolygon, Disc, FlatPoint, FlatRay, Rectangle, Segment
+from reports import matrix, vs
 from reports.viewer.frame import FROM_ABOVE
 from reports.viewer.scene import picture_of
 from tests.conftest import name_of
@@ -349,3 +350,38 @@ def test_known_faults_are_proven_and_shown(name: str, pymunk: PymunkEngine) -> N
         broken = {**side["truth"], "interval": [1e3, 1e3]}
         with pytest.raises(module["Refused"]):
             module["proven"](broken)
+
+
+# -- the report ----------------------------------------------------------------------------------------------
+
+
+def test_the_plane_has_a_table_of_its_own() -> None:
+    space, plane = vs.matrix(), vs.matrix(in_plane=True)
+    assert plane.columns == ("Disc", "Segment", "Rectangle", "ConvexPolygon")
+    assert sum(bool(mark) for row in plane.cells for mark in row) == len(FLAT_PAIRS) == 18
+    assert not set(plane.columns) & set(space.columns)
+    lines = vs.as_text().splitlines()
+    assert any(line.split() == ["VS", *plane.columns] for line in lines)
+
+
+def test_the_matrix_shows_each_world_with_its_engines(pymunk: PymunkEngine) -> None:
+    run = Run(0, 1.0, "2026-01-01T00:00:00")
+    run.engines = ["fcl", "pymunk"]
+    for cell in (Cell(DISTANCE, Disc, Rectangle), Cell(DISTANCE, Sphere, Sphere)):
+        for name, engine in (("fcl", load_engine("fcl")), ("pymunk", pymunk)):
+            note = engine.support(cell.query, cell.type_a, cell.type_b)
+            run.support[name, cell.query, cell.pair] = SupportNote(note.kind.value, note.reason)
+            if note:
+                run.counts[name, cell.query, cell.pair, "generic", Kind.AGREES] += 7
+    overviews = {table.caption.partition(":")[0]: table for table in matrix.overviews(run)}
+    assert [column.title for column in overviews["pymunk"].columns][1:] == [
+        "Disc",
+        "Segment",
+        "Rectangle",
+        "ConvexPolygon",
+    ]
+    assert "Sphere" in [column.title for column in overviews["fcl"].columns]
+    tables = {tuple(row[0].text for row in table.rows): table for table in matrix.matrices(run, {})}
+    assert tables.keys() == {("Sphere–Sphere",), ("Disc–Rectangle",)}
+    assert {column.group for column in tables["Disc–Rectangle",].columns[1:]} == {"pymunk"}
+    assert {column.group for column in tables["Sphere–Sphere",].columns[1:]} == {"fcl"}
