@@ -34,7 +34,7 @@ def _audit_sweep(scene: Scene, course: Course) -> Verdict:
     except InvalidCertificate as refused:
         return Verdict(Kind.REFERENCE_WRONG, REFUSED, Severity.GROSS, claim=str(refused), proof_scene=scene)
     a, b, moving, zero = scene.a[None], scene.b[None], course[None], np.zeros(1)
-    answers, error = sweep_answers(a, b, moving), float(error_of_time(course))
+    answers, error = world_of(b).cut(sweep_answers(a, b, moving)), float(error_of_time(course))
     value = float(answers.t[0])
     rows = SweptRows(scene.query, a, b, zero, zero, answers, np.ones(1, dtype=bool), course=moving)
     known_to = error * float(course.way(scene.a, scene.b)) + error_of(scene.a, scene.b) * scene.size

@@ -14,7 +14,7 @@ from oracles.aspect import aspect_of
 from oracles.course import Course
 from oracles.draws import NumpyDraws
 from oracles.impact_regimes import IMPACT_REGIMES, ImpactRegime
-from oracles.impact_stages import TARGETS
+from oracles.impact_stages import STAGED
 from oracles.keeping import rows_of
 from oracles.motion import Motion
 from oracles.placements import Draft
@@ -93,7 +93,7 @@ class Batch:
         regimes: Mapping[str, ImpactRegime] = IMPACT_REGIMES,
     ) -> list[Batch]:
         """`each` scenes of every regime of impacts; none of a pair that is not staged."""
-        if pair not in TARGETS:
+        if pair not in STAGED:
             return []
         drawn = {name: make(cls._draws(seed, shard, name, each), *pair) for name, make in regimes.items()}
         motion = Motion.unpack(np.concatenate([motion.pack() for _, _, motion in drawn.values()]))

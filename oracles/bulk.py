@@ -30,13 +30,19 @@ from oracles.sheets import Sheet
 from oracles.words import decade_of
 from oracles.world import is_flat
 from refimpl.compiling import batch_of
+from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, Polyhedron
 
 QUICK, SEARCHED = 16, 6
 """Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
-fewer: drawing and judging cost by the batch rather than by the scene. So an engine that errs every 1 000th call is
-asked often enough in its very first task, which finds it without a memory."""
+fewer: drawing and judging cost by the batch rather than by the scene."""
 MOST = 800
 """Scenes of a regime and pair in one task."""
+MOST_OF_MESHES = 200
+"""The same of meshes: those of a regime share theirs and are a batch by themselves, so few cost as much as many."""
+FORMED = {KDOP, ConvexPolyhedron, Composite}
+"""Types of which an engine makes another hull, or several objects, for each scene: that costs more than judging it."""
+POLYGONS, MOST_OF_POLYGONS = 2, 40
+"""Flat pairs with a polygon get twice as many, up to so many: there is no search, and half a millisecond is a scene."""
 STEPPED = 6
 """Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
 SWEPT = 16
@@ -92,8 +98,8 @@ class _Bulk:
 
     @property
     def many(self) -> int:
-        """Scenes of each regime: more of pairs with a closed form, fewer where each costs a search."""
-        return min(MOST, self.each * QUICK) if is_quick(*self.pair) else max(1, self.each // SEARCHED)
+        """Scenes of each regime, at rest."""
+        return scenes_each(self.pair, self.each)
 
     @cached_property
     def regimes(self) -> dict[str, Regime]:
@@ -108,11 +114,12 @@ class _Bulk:
         seed = self.shop.setup.seed
         with timed("scenes"):
             batches = Batch.draw(self.pair, seed, shard, self.many, self.regimes) if self.shop.at_rest else []
+            moving = scenes_each(self.pair, self.each, moving=True)
             if IMPACT in asked:
                 impacts = impact_regimes_for(bench.engine for bench in self.shop.benches)
-                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, self.many // STEPPED), impacts)
+                batches += Batch.draw_impacts(self.pair, seed, shard, max(1, moving // STEPPED), impacts)
             if SWEEP in asked:
-                batches += Batch.draw_sweeps(self.pair, seed, shard, max(1, self.many // SWEPT))
+                batches += Batch.draw_sweeps(self.pair, seed, shard, max(1, moving // SWEPT))
             return batches
 
     def ask(self, cell: Cell, batch: Batch) -> None:
@@ -202,6 +209,17 @@ def _odd_numbers(batch: Batch, rows: NDArray[np.int_]) -> NDArray[np.int_]:
     """How many numbers of each of these scenes a reader has to read: what is proven first is what he may see."""
     numbers = np.concatenate([np.asarray(side)[rows] for side in batch.rows], axis=1)
     return np.asarray(np.count_nonzero(~np.isin(numbers, list(PLAIN)), axis=1))
+
+
+def scenes_each(pair: PairKey, each: int, *, moving: bool = False) -> int:
+    """Scenes of each regime in a pass: more of pairs with a closed form, fewer where each costs a search."""
+    if is_quick(*pair):
+        return min(MOST, each * QUICK)
+    if Polyhedron in pair and not FORMED & set(pair) and not moving:
+        return min(MOST_OF_MESHES, each)
+    if is_flat(pair[0]) and not moving:
+        return min(MOST_OF_POLYGONS, POLYGONS * each)
+    return max(1, each // SEARCHED)
 
 
 def bulk(shop: Workshop, pair: PairKey, number: int, each: int) -> Outcome:

@@ -428,7 +428,7 @@ class Questioned:
         outward = np.where(named[:, None], normal, world.up)
         size = np.maximum(ray.magnitude, self.b.magnitude)
         # two half-spaces overlap without end at the least tilt
-        beyond = cube_on(point, outward, size) if isinstance(self.b, HalfSpace) else world.beyond(outward, point, size)
+        beyond = cube_on(point, outward, size) if isinstance(self.b, HalfSpace) else world.beyond(point, outward, size)
         if world is PLANE:  # its corners are rounded
             rounding = rounding + 4.0 * ROUNDING * size
         yield self.claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin, rounding=rounding)

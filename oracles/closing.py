@@ -6,9 +6,12 @@ from oracles.bench import Workshop
 from oracles.engine import Engine
 from oracles.outcome import ANSWERED, Finding, Kind, Run
 from oracles.recipes import is_for
+from oracles.regimes import THRESHOLDS_OF, is_drawn
 from oracles.repro import script_of
 from oracles.repro.calls import call_of
+from oracles.scene import TYPES
 from oracles.sweep_regimes import TURNING
+from oracles.world import is_flat
 
 
 def write_scripts(run: Run, shop: Workshop) -> None:
@@ -52,9 +55,22 @@ def silent_cells(run: Run) -> list[str]:
         engine, query, pair = cell
         refused = {key[3] for key, n in run.counts.items() if n and key[:3] == cell and key[4] is Kind.UNSUPPORTED}
         wanted = [name for name in run.regimes if is_for(name, query) and not (name in TURNING and name in refused)]
+        wanted = [name for name in wanted if _has_scenes(run, name, pair)]
         lacking = [regime for regime in wanted if (*cell, regime) not in compared]
         if note.kind != "unsupported" and lacking:
             regimes = f"{len(lacking)} of {len(wanted)} regimes: {', '.join(lacking)}"
             where = "any regime" if len(lacking) == len(wanted) else regimes
             silent.append(f"{engine}: nothing compared in {query} {pair} in {where}")
     return silent
+
+
+def _has_scenes(run: Run, regime: str, pair: str) -> bool:
+    """Whether a regime has scenes of a pair: models are of space, and thresholds of the engine's own world."""
+    kinds = [TYPES[name] for name in pair.split("–") if name in TYPES]
+    flat = any(map(is_flat, kinds))
+    owner = regime.removeprefix(THRESHOLDS_OF)
+    if owner == regime:
+        return is_drawn(regime, kinds)
+    answered = (p for (engine, _, p), note in run.support.items() if engine == owner and note.kind != "unsupported")
+    firsts = (TYPES.get(p.split("–")[0]) for p in answered)
+    return any(kind is not None and is_flat(kind) == flat for kind in firsts)

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from oracles.world import PLANE, is_flat, world_of
 from refimpl.linear import Array, Bools, norm, scale
-from refimpl.motions import Motion, RigidMotion, Translation
+from refimpl.motions import FlatTranslation, Motion, RigidMotion, Translation
 from refimpl.shapes import AABB, KDOP, Composite, HalfSpace, Proxy
 from refimpl.supports import support
 
@@ -65,6 +66,21 @@ class Course:
         return a, b
 
     @property
+    def flat_motions(self) -> tuple[FlatTranslation, FlatTranslation]:
+        """Both motions as the reference takes those of flat proxies."""
+        a, b = (FlatTranslation(PLANE.vectors(side.linear)) for side in self.sides)
+        return a, b
+
+    def motions_of(self, shape: Proxy) -> tuple[Motion, Motion]:
+        """Both motions as the reference takes them, for proxies of the world of `shape`."""
+        return self.flat_motions if is_flat(shape) else self.motions
+
+    @property
+    def leaves_the_plane(self) -> bool:
+        """Whether any of the two moves out of the plane z = 0."""
+        return bool(np.any(self.turns) or any(np.any(side.linear[..., 2] != 0) for side in self.sides))
+
+    @property
     def turns(self) -> Bools:
         """Whether any of the two turns, (...)."""
         return np.asarray(np.any(self.a.angular != 0, axis=-1) | np.any(self.b.angular != 0, axis=-1))
@@ -108,12 +124,14 @@ def placed(shape: Proxy, motion: RigidMotion, t: Any) -> Proxy:
     """A shape as it is at times `t` (...), up to rounding."""
     if np.any(motion.angular != 0):
         return motion.placed(shape, t)
-    return shape.translated(scale(np.asarray(t, dtype=float), motion.linear))
+    return shape.translated(world_of(shape).vectors(scale(np.asarray(t, dtype=float), motion.linear)))
 
 
-def can_turn(kind: type[Proxy]) -> bool:
-    """Whether shapes of a type may turn in a sweep: their axes are their own, and they have an end."""
-    return not issubclass(kind, (AABB, KDOP, HalfSpace, Composite))
+def can_turn(shape: Proxy) -> bool:
+    """Whether a shape may turn in a sweep: its axes, or those of all its parts, are its own, and it has an end."""
+    if isinstance(shape, Composite):
+        return all(can_turn(part) for part in shape.parts)
+    return not (is_flat(type(shape)) or isinstance(shape, AABB | KDOP | HalfSpace))
 
 
 def _farthest(shape: Proxy, center: Array) -> Array:

@@ -224,10 +224,11 @@ def _of_course(scene: Scene, course: Course) -> Iterator[str]:
     first = first_contacts(scene.a[None], scene.b[None], course[None])
     relative = course.a.linear - course.b.linear
     if first.hit[0] and np.isfinite(first.normal[0]).all():
-        closing = float(dot(relative, first.normal[0]))
+        normal = world_of(scene.b).fill(first.normal)[0]
+        closing = float(dot(relative, normal))
         if abs(closing) <= GRAZING * float(norm(relative)):
             yield "grazing"
-        if _is_nothing(np.cross(relative, first.normal[0]), float(norm(relative)) or 1.0):
+        if _is_nothing(np.cross(relative, normal), float(norm(relative)) or 1.0):
             yield "head on"
     elif not first.hit[0]:
         yield "behind"

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from oracles.impact_stages import TARGETS
+from oracles.impact_stages import STAGED
 from oracles.motion import Motion
 from oracles.scene import DISTANCE, IMPACT, QUERIES, RAYCAST, SWEEP
 from oracles.world import is_flat
@@ -57,7 +57,7 @@ WIDTH = 27
 VELOCITIES = ("velocity_a", "angular_a", "velocity_b", "angular_b")
 """Columns that answer an impact."""
 
-NOT_STAGED = f"impacts are staged for {', '.join(f'{a.__name__}–{b.__name__}' for a, b in TARGETS)}"
+NOT_STAGED = f"impacts are staged for {', '.join(f'{a.__name__}–{b.__name__}' for a, b in STAGED)}"
 
 NOT_FLAT, NOT_IN_SPACE = (
     "an engine of space, which has no flat shapes",
@@ -344,7 +344,7 @@ class Engine(ABC):
         if senseless := self._senseless(query, A, B):
             return unsupported(senseless)
         if query == IMPACT:
-            return self._impact_support(A, B) if (A, B) in TARGETS else unsupported(NOT_STAGED)
+            return self._impact_support(A, B) if (A, B) in STAGED else unsupported(NOT_STAGED)
         if query == SWEEP:
             return self._sweep_support(A, B)
         return self._support(query, A, B)

@@ -31,7 +31,7 @@ def _place(body: Body) -> Array:
     return body.place[:, :2]
 
 
-def _turned(body: Body, vectors: Array) -> Array:
+def turned(body: Body, vectors: Array) -> Array:
     """Vectors (n, ..., 2) turned as the body is about the z axis; round numbers stay so in quarter turns."""
     z, w = body.rotation[:, 2], body.rotation[:, 3]
     size = z * z + w * w
@@ -48,7 +48,7 @@ def _reach(body: Body) -> Array:
     """Half the axis of a segment or ray."""
     along = np.zeros((body.draws.n, 2))
     along[:, 0] = body.extents[:, 0]
-    return _turned(body, along)
+    return turned(body, along)
 
 
 def _ray(body: Body) -> FlatRay:
@@ -65,10 +65,10 @@ def _segment(body: Body) -> Segment:
 def _polygon(body: Body) -> ConvexPolygon:
     """The hull of points, or a rectangle of which lines cut off corners."""
     if solids.pick(body.draws, (1.0, 0.0)):
-        corners = _turned(body, _corners(body) * body.extents[:, None, :2])
+        corners = turned(body, _corners(body) * body.extents[:, None, :2])
         return ConvexPolygon.from_vertices(_place(body)[:, None] + corners)
     normals, offsets = _lines(body)
-    normals = _turned(body, normals)
+    normals = turned(body, normals)
     middle = (normals * _place(body)[:, None]).sum(axis=-1)
     return ConvexPolygon(np.concatenate([normals, -(offsets + middle)[..., None]], axis=-1))
 

@@ -14,8 +14,10 @@ from oracles.bodies import random_body, round_body
 from oracles.builds import FACTORS
 from oracles.draws import Draws, log_uniform
 from oracles.engine import Engine
+from oracles.flat_stages import LEVEL, UPRIGHT, inertia_of
 from oracles.impact_stages import CORNER, EDGE, FACE, Staged, stage
 from oracles.motion import Motion, Moving
+from oracles.world import is_flat
 from refimpl import HalfSpace, Proxy, Sphere
 from refimpl.linear import Array, dot, norm, scale
 from refimpl.mass import mass_properties
@@ -92,6 +94,9 @@ def _moving(draws: Draws, shape: Proxy, recipe: Recipe, pace: Array) -> Moving:
     velocity = draws.choice(ROUND_SPEEDS, 3) if recipe.even else draws.uniform(-3.0, 3.0, 3)
     spin = draws.uniform(-recipe.spins, recipe.spins, 3) if recipe.spins else none
     mass = draws.choice((1.0, 2.0, 0.5, 4.0)) if recipe.even else log_uniform(draws, *recipe.masses)
+    if is_flat(shape):
+        place, inertia = inertia_of(shape, mass)
+        return Moving(place, scale(pace, velocity * LEVEL), scale(pace, spin * UPRIGHT), 1 / mass, inertia)
     solid = mass_properties(shape)
     inertia = solid.of_mass(mass)
     inertia = (inertia + np.swapaxes(inertia, -1, -2)) / 2

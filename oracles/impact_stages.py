@@ -13,6 +13,9 @@ import numpy as np
 
 from oracles.bodies import Body
 from oracles.draws import Draws
+from oracles.flat_stages import FLAT_TARGETS, ON
+from oracles.world import is_flat
+from refimpl.flat import Disc
 from refimpl.linear import Array, apply, cross, dot, norm, rotation_matrix, scale
 from refimpl.shapes import Box, Capsule, HalfSpace, Proxy, Sphere
 
@@ -28,6 +31,8 @@ TARGETS: dict[tuple[type[Proxy], type[Proxy]], type[Proxy]] = {
     (HalfSpace, Box): Box,
 }
 """Pairs that are staged, and which of both is touched in a feature of its own; the first, of two balls."""
+STAGED = TARGETS | FLAT_TARGETS
+"""The same with those of the plane."""
 
 
 @dataclass(frozen=True)
@@ -65,22 +70,25 @@ def stage(draws: Draws, pair: tuple[type[Proxy], type[Proxy]], bodies: tuple[Bod
     where : (n, 2)
         Number of the feature, and how far from its middle the contact may be, from 0 to 1.
     """
-    kind = TARGETS[pair]
+    kind = STAGED[pair]
     second = kind is pair[1] and pair[0] is not pair[1]
     own, other = (bodies[1], bodies[0]) if second else bodies
     with_plane = HalfSpace in pair
     feature, spread = where[:, 0], where[:, 1]
     if with_plane:
         spread = np.where(feature == CORNER, spread, 0.0)  # of what lands flat, the middle counts
-    target = MAKE[kind](draws, own, feature, spread)
+    target = (
+        MAKE[kind](draws, own, feature, spread) if kind in MAKE else _Target(*ON[kind](draws, own, feature, spread))
+    )
     placed = _plane_at(target) if with_plane else _ball_at(target, other.extents[:, 0])
     a, b = (placed, target.shape) if second else (target.shape, placed)
     normal = -target.outward if second else target.outward
     return Staged(a, b, target.point, normal)
 
 
-def _ball_at(target: _Target, radius: Array) -> Sphere:
-    return Sphere(target.point + scale(radius, target.outward), radius)
+def _ball_at(target: _Target, radius: Array) -> Proxy:
+    center = target.point + scale(radius, target.outward)
+    return Disc(center[:, :2], radius) if is_flat(target.shape) else Sphere(center, radius)
 
 
 def _plane_at(target: _Target) -> HalfSpace:

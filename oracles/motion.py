@@ -120,6 +120,13 @@ class Motion:
         return bodies | {name: getattr(self, name).tolist() for name in CONTACT}
 
     @property
+    def leaves_the_plane(self) -> bool:
+        """Whether anything of a motion is out of the plane z = 0: a place, a velocity, a spin about another axis."""
+        level = [self.point, self.normal, *(v for body in self.bodies for v in (body.position, body.velocity))]
+        spins = [body.angular_velocity[..., :2] for body in self.bodies]
+        return any(np.any(v[..., 2] != 0) for v in level) or any(np.any(spin != 0) for spin in spins)
+
+    @property
     def bodies(self) -> tuple[Moving, Moving]:
         """Both bodies."""
         return self.a, self.b

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from oracles.impact_regimes import IMPACT_REGIMES
-from oracles.impact_stages import TARGETS
+from oracles.impact_stages import STAGED
 from oracles.plain_bodies import plain_pairs
 from oracles.plain_impacts import plain_impacts
 from oracles.plain_sweeps import plain_sweeps
@@ -51,7 +51,7 @@ def plain_scenes(cell: Cell, regime: str) -> tuple[Scene, ...]:
         return tuple(plain_sweeps(cell))
     found = list(plain_impacts(cell) if cell.query == IMPACT else plain_pairs(cell))
     impacts = cell.query == IMPACT
-    if impacts and (cell.type_a, cell.type_b) not in TARGETS:
+    if impacts and (cell.type_a, cell.type_b) not in STAGED:
         return ()
     known: Sequence[str] = tuple(IMPACT_REGIMES if impacts else REGIMES)
     for name in dict.fromkeys((*(() if impacts else USUAL), regime)):

@@ -8,8 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from oracles.flat_stages import LEVEL, UPRIGHT
 from oracles.motion import Motion, Moving
 from oracles.scene import IMPACT, Cell, Scene
+from oracles.world import is_flat, world_of
+from refimpl import flat
 from refimpl.linear import Array
 from refimpl.shapes import Box, Capsule, HalfSpace, Proxy, Sphere
 
@@ -93,6 +96,17 @@ TOUCHES: dict[tuple[type[Proxy], type[Proxy]], tuple[Touch, ...]] = {
 }
 
 
+DISC, OTHER_DISC = flat.Disc([0.0, 0.0], 1.0), flat.Disc([2.0, 0.0], 1.0)
+BLOCK = flat.ConvexPolygon.from_vertices([[1.0, -1.0], [3.0, -1.0], [3.0, 1.0], [1.0, 1.0]])
+TOUCHES |= {
+    (flat.Disc, flat.Disc): (Touch(DISC, OTHER_DISC, (1.0, 0.0, 0.0), (1.0, 0.0, 0.0)),),
+    (flat.Disc, flat.ConvexPolygon): (
+        Touch(DISC, BLOCK, (1.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
+        Touch(DISC.translated([0.0, 0.5]), BLOCK, (1.0, 0.5, 0.0), (1.0, 0.0, 0.0)),
+    ),
+}
+
+
 def plain_impacts(cell: Cell) -> Iterator[Scene]:
     """Impacts of a cell, the simplest motions first; always the same."""
     for number, touch in enumerate(TOUCHES.get((cell.type_a, cell.type_b), ())):
@@ -112,9 +126,11 @@ def _motion(random: np.random.Generator, touch: Touch, k: int) -> Motion:
         inverse = random.choice(INVERSE_MASSES) if k % 5 else random.choice((0.0, 1.0))
         fixed = isinstance(shape, HalfSpace)
         still = fixed or inverse == 0
-        place = np.zeros(3) if fixed else shape.reference_point
+        place = np.zeros(3) if fixed else world_of(shape).fill(shape.reference_point)
         none = np.zeros(3)
         inertia = np.eye(3) if still else INERTIAS[random.integers(len(INERTIAS))]
+        if is_flat(shape):
+            velocity, spin, inertia = velocity * LEVEL, spin * UPRIGHT, np.eye(3)
         velocity, spin = (none, none) if still else (velocity + 0.0, spin + 0.0)
         bodies.append(Moving(place, velocity, spin, np.asarray(0.0 if fixed else inverse), inertia))
     share, friction = random.choice(SHARES), random.choice(SHARES) if rubs else 0.0
@@ -197,7 +213,7 @@ def _on_plain_bodies(motion: Motion, touch: Touch, decimals: int) -> Motion:
         fixed = isinstance(shape, HalfSpace)
         spin = np.round(turn @ body.angular_velocity, decimals) * (0.0 if touch.flat else 1.0)
         inverse = np.asarray(float(f"{float(body.inverse_mass):.{min(decimals, 2)}e}"))
-        place = np.zeros(3) if fixed else shape.reference_point
+        place = np.zeros(3) if fixed else world_of(shape).fill(shape.reference_point)
         bodies.append(Moving(place, np.round(turn @ body.velocity, decimals) + 0.0, spin + 0.0, inverse, np.eye(3)))
     friction = np.asarray(0.0 if touch.flat else np.round(motion.friction, max(decimals, 1)))
     share = np.round(motion.restitution, max(decimals, 1))

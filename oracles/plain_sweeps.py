@@ -13,6 +13,7 @@ from oracles.course import Course
 from oracles.plain_bodies import plain_pairs
 from oracles.scene import Cell, Scene
 from oracles.simpler import IDENTITY, simpler_proxies, simpler_rows
+from oracles.world import PLANE, world_of
 from refimpl import Proxy, ShapeError, UnsupportedOperation
 from refimpl.linear import Array, apply, rotation_matrix
 from refimpl.motions import RigidMotion
@@ -34,13 +35,16 @@ NOTHING = np.zeros(3)
 
 def plain_sweeps(cell: Cell) -> Iterator[Scene]:
     """Plain pairs, of which A comes from half a way off and goes half a way beyond; always the same."""
+    world = world_of(cell.type_b)
     for way in WAYS:
-        half = np.array(way) / 2
+        if world is PLANE and way[2]:
+            continue
+        half = world.vectors(np.array(way) / 2)
         for scene in islice(plain_pairs(cell), PAIRS):
             yield replace(scene, a=scene.a.translated(-half), motion=Course.translating(way, NOTHING))
 
 
-def simpler_courses(course: Course) -> Iterator[Course]:
+def simpler_courses(course: Course, axes: int = 3) -> Iterator[Course]:
     """One of both at rest, or only their relative motion; no turning; rounder numbers."""
     rest, (a, b) = RigidMotion(NOTHING, NOTHING, NOTHING), course.sides
     yield Course(RigidMotion(a.linear - b.linear, a.angular, a.center), replace_linear(b, NOTHING))
@@ -51,7 +55,7 @@ def simpler_courses(course: Course) -> Iterator[Course]:
         straight = [RigidMotion(motion.linear, NOTHING, NOTHING)] if motion.angular.any() else []
         dominant = np.where(np.arange(3) == np.argmax(np.abs(motion.linear)), motion.linear, 0.0)
         straight += [replace_linear(motion, dominant), replace_linear(motion, NOTHING)]
-        mask = np.arange(len(row)) < (len(row) if motion.angular.any() else 3)
+        mask = np.arange(len(row)) < (len(row) if motion.angular.any() else axes)
         rows = [RigidMotion.unpack(numbers) for numbers in simpler_rows(row, mask)]
         for other in (*straight, *rows):
             if not np.array_equal(other.pack(), row):
@@ -68,7 +72,7 @@ def around_sweep(scene: Scene) -> Iterator[Iterator[Scene]]:
     course = scene.course
     assert course is not None
     yield plain_sweeps(scene.cell)
-    yield (replace(scene, motion=simpler) for simpler in simpler_courses(course))
+    yield (replace(scene, motion=simpler) for simpler in simpler_courses(course, world_of(scene.b).axes))
     yield _elsewhere(scene, course)
     yield (replace(scene, a=a) for a in simpler_proxies(scene.a))
     yield (replace(scene, b=b) for b in simpler_proxies(scene.b))

@@ -39,7 +39,7 @@ from refimpl.shapes import Polyhedron
 BUILDS: dict[str, Build] = {
     build.__name__: build for build in (generic, aligned, sliver, size_ratio, degenerate, siblings)
 }
-COMBINED, MODELS = "combined", "models"
+COMBINED, MODELS, THRESHOLDS_OF = "combined", "models", "thresholds_of_"
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ def thresholds_of(engine: Engine) -> Regime:
 
 def regimes_for(engines: Iterable[Engine]) -> dict[str, Regime]:
     """The regimes that every pass asks, and one more for each engine that declares thresholds."""
-    own = {f"thresholds_of_{engine.name}": thresholds_of(engine) for engine in engines if engine.thresholds}
+    own = {f"{THRESHOLDS_OF}{engine.name}": thresholds_of(engine) for engine in engines if engine.thresholds}
     return REGIMES | own
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from oracles.course import Course
 from oracles.motion import Motion
-from oracles.world import WORLDS
+from oracles.world import WORLDS, is_flat
 from refimpl.linear import Array
 from refimpl.shapes import Proxy, Ray
 
@@ -132,6 +132,8 @@ class Scene:
             raise ValueError(f"not a scene: {error}") from None
         if query not in QUERIES:
             raise ValueError(f"not a scene: unknown query {query!r}; known are {', '.join(QUERIES)}")
+        if is_flat(b) and motion is not None and motion.leaves_the_plane:
+            raise ValueError("not a scene: flat proxies move in the plane, without turning")
         return cls(query, a, b, regime, source, motion)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from oracles.engine import Answers, Status
 from oracles.outcome import Kind
 from oracles.reference import is_quick
 from oracles.rules import Rules
-from oracles.scene import Cell
+from oracles.scene import RAYCAST, Cell
 from refimpl import Proxy
 from refimpl.linear import Array, Bools
 
@@ -149,18 +149,27 @@ class Sides:
     error: Array
 
     @classmethod
-    def of(cls, rules: Rules, cell: Cell, rows: Questioned) -> Sides:
-        """Try every claim."""
+    def of(cls, rules: Rules, cell: Cell, rows: Questioned, joined: Sides | None = None) -> Sides:
+        """Try every claim; with the sides of other shapes, those that can tell what `_judge_jointly` asks of both.
+
+        Once a claim is broken on both, no graver one is, and the others do not count; where nothing is broken that
+        counts on the others, nothing does. What is measured is tried all the same.
+        """
         claims, size, n = list(rows.claims()), rows.size, len(rows.a)
-        excess, violated = np.empty((2 * len(claims), n)), np.zeros((2 * len(claims), n), dtype=bool)
+        excess, violated = np.full((2 * len(claims), n), -np.inf), np.zeros((2 * len(claims), n), dtype=bool)
         certain, pressure, error = violated.copy(), np.zeros(n), np.full(n, np.nan)
-        for i, claim in enumerate(claims):
-            sides = slice(2 * i, 2 * i + 2)
+        open_still = np.ones(n, dtype=bool) if joined is None else joined.counting.any(axis=0)
+        for i, whole in enumerate(claims):
+            sides, claim = slice(2 * i, 2 * i + 2), whole
+            if joined is not None and whole.measures is None:
+                claim = replace(whole, made=whole.made & open_still & (not whole.by_convention))
             below, above, doubt = claim.violations()
             allowed = rules.allowed(cell, claim.kind, size)
             excess[sides] = below, above
             violated[sides] = excess[sides] > allowed - doubt
             certain[sides] = excess[sides] > allowed + doubt
+            if joined is not None and not claim.by_convention:
+                open_still &= ~(joined.violated[sides] & violated[sides]).any(axis=0)
             worst = np.maximum(below, above)
             np.maximum(pressure, worst / np.maximum(allowed, doubt + TINY), out=pressure)
             if claim.measures is not None:
@@ -174,6 +183,14 @@ class Sides:
         violated, certain = self.violated[:, rows], self.certain[:, rows]
         picked = self.pressure[rows], self.error[rows]
         return Sides(self.symptoms, self.conventions, self.excess[:, rows], violated, certain, *picked)
+
+    def spread(self, rows: NDArray[np.int_], n: int) -> Sides:
+        """Put picked rows back to where they were in a batch of n; nothing is violated in the others."""
+        violated, certain = (np.zeros((len(self.symptoms), n), dtype=bool) for _ in range(2))
+        excess, pressure, error = np.full((len(self.symptoms), n), -np.inf), np.zeros(n), np.full(n, np.nan)
+        violated[:, rows], certain[:, rows], excess[:, rows] = self.violated, self.certain, self.excess
+        pressure[rows], error[rows] = self.pressure, self.error
+        return Sides(self.symptoms, self.conventions, excess, violated, certain, pressure, error)
 
     @property
     def counting(self) -> Bools:
@@ -205,14 +222,20 @@ def _effectively(
 ) -> tuple[Sides, bool]:
     """The sides of the rows that are `wrong` on the shapes that the engine uses, and whether these are the given ones.
 
-    The shapes are made for the whole batch, so that other queries and engines find them, and what is known of them.
+    The shapes are made for the whole batch, so that other queries and engines find them, and what is known of them;
+    but few rays that are wrong are taken alone, since no other query asks about their targets.
     """
-    effective = rules.effectively(cell, nominal)
-    if effective.a is nominal.a and effective.b is nominal.b:
+    few = FEW * wrong.size < len(nominal.a)
+    rows = nominal.take(wrong) if few and cell.query == RAYCAST else nominal
+    effective = rules.effectively(cell, rows)
+    if effective.a is rows.a and effective.b is rows.b:
         return ours, True
-    if FEW * wrong.size < len(nominal.a) and is_quick(type(effective.a), type(effective.b)):
-        return Sides.of(rules, cell, effective.take(wrong)), False
-    return Sides.of(rules, cell, effective.only(wrong)).take(wrong), False
+    if rows is not nominal:
+        return Sides.of(rules, cell, effective, ours), False
+    if few and is_quick(type(effective.a), type(effective.b)):
+        return Sides.of(rules, cell, effective.take(wrong), ours), False
+    everywhere = ours.spread(wrong, len(nominal.a))
+    return Sides.of(rules, cell, effective.only(wrong), everywhere).take(wrong), False
 
 
 def _judge_jointly(ours: Sides, theirs: Sides, excused: Bools, wrong: NDArray[np.int_], found: Screening) -> None:

@@ -35,7 +35,7 @@ from oracles.sweep_reference import (
     stands,
 )
 from refimpl import Capsule, HalfSpace, Point, Proxy, Sphere
-from refimpl.linear import Array, Bools, dot, scale
+from refimpl.linear import Array, Bools, scale
 
 
 @dataclass(frozen=True)
@@ -154,10 +154,11 @@ class SweptRows(Questioned):
         """First contacts, by the reference."""
         return first_contacts(*self.grown, self.course)
 
-    def hit_point(self) -> Point:
+    def hit_point(self) -> Proxy:
         """Where moving points are at the times of their hits, as seen from B."""
         assert isinstance(self.a, Point)
-        return Point(self.a.position + scale(self.time, self.course.a.linear - self.course.b.linear))
+        way = self.world.vectors(self.course.a.linear - self.course.b.linear)
+        return self.world.point(self.a.position + scale(self.time, way))
 
     @cached_property
     def _there(self) -> tuple[Proxy, Proxy]:
@@ -255,7 +256,7 @@ class SweptRows(Questioned):
     def _point_claims(self) -> Iterator[Claim]:
         """The point lies on both, where they are then."""
         said, shapes = self._point_said, self._there
-        point = Point(np.where(said[:, None], self.answers.point, 0.0))
+        point = self.world.point(np.where(said[:, None], self.answers.point, 0.0))
         bounds, rounding = (np.full(len(said), -np.inf), self._zero), self._rounding(*shapes)
         for shape, margin in zip(shapes, (self.margin_a, self.margin_b), strict=True):
             tested = claims.tested(shape)
@@ -270,13 +271,13 @@ class SweptRows(Questioned):
         if self.of_union:
             return
         point = np.where(said[:, None], self.answers.point, 0.0)
-        normal = np.where(said[:, None], self.answers.normal, np.array([0.0, 0.0, 1.0]))
+        normal = np.where(said[:, None], self.answers.normal, self.world.up)
         bounds, rounding = (self._zero, np.full(len(said), np.inf)), self._rounding(*self._there)
         sides = zip(self._there, (self.margin_a, self.margin_b), (normal, -normal), strict=True)
         for shape, margin, outward in sides:
-            beyond: Proxy = HalfSpace(-outward, dot(outward, point))
-            if isinstance(shape, HalfSpace):  # two half-spaces overlap without end at the least tilt
-                beyond = claims.cube_on(point, outward, self.size)
+            # two half-spaces overlap without end at the least tilt
+            beyond_of = claims.cube_on if isinstance(shape, HalfSpace) else self.world.beyond
+            beyond = beyond_of(point, outward, self.size)
             words = claims.SWEEP_TILTED, ""
             tested = claims.tested(shape)
             yield self.claim(beyond, tested, bounds, words, WITNESS, said, margin, rounding=rounding)

@@ -13,6 +13,7 @@ from oracles.course import Course
 from oracles.engine import COLUMNS, WIDTH, Answers
 from oracles.reference import SEARCH_ERROR, signed
 from oracles.scene import size_of
+from oracles.world import VECTORS, world_of
 from refimpl import Proxy, sweep
 from refimpl.linear import Array, Bools
 from refimpl.motions import Motion
@@ -70,10 +71,10 @@ def first_contacts(a: Proxy, b: Proxy, course: Course) -> FirstContact:
 def _asked(a: Proxy, b: Proxy, course: Course) -> FirstContact:
     """Ask for rows that turn, and for those that do not: translations are answered more exactly, and sooner."""
     n, turns = len(a), course.turns
-    times, places = np.full((2, n), np.inf), np.full((2, n, 3), np.nan)
+    times, places = np.full((2, n), np.inf), np.full((2, n, world_of(b).axes), np.nan)
     for rows in (np.flatnonzero(~turns), np.flatnonzero(turns)):
         if rows.size:
-            found = sweep(a[rows], b[rows], *course[rows].motions)
+            found = sweep(a[rows], b[rows], *course[rows].motions_of(b))
             early = np.where(turns[rows], found.t_lower, found.t)  # of translations the time is all but exact
             times[:, rows] = np.where(found.hit, [early, found.t], np.inf)
             places[:, rows] = found.point, found.normal
@@ -90,7 +91,7 @@ def proven_sweep(a: Proxy, b: Proxy, course: Course) -> Proven:
     """
     key = _key(a, b, course)
     if key not in _proven:
-        motions: tuple[Motion, Motion] = course.motions
+        motions: tuple[Motion, Motion] = course.motions_of(b)
         certificate = certify_sweep(a, b, *motions)
         _proven[key] = certificate, check_sweep(certificate, a, b, *motions)
         if len(_proven) > MOST_PROVEN:
@@ -104,7 +105,7 @@ def sweep_answers(a: Proxy, b: Proxy, course: Course) -> Answers:
     table = np.full((len(a), WIDTH), np.nan)
     columns = {"hit": found.hit, "t": found.t, "point": found.point, "normal": found.normal}
     for name, values in columns.items():
-        table[:, COLUMNS[name]] = np.reshape(values, (len(a), -1))
+        table[:, COLUMNS[name]] = world_of(b).fill(values) if name in VECTORS else values[:, None]
     return Answers.from_table(np.zeros(len(a), dtype=np.int8), table, {})
 
 

@@ -17,6 +17,7 @@ from oracles.draws import Draws, log_uniform
 from oracles.frames import FRAMES
 from oracles.placements import PLACEMENTS, signed_gap
 from oracles.regimes import Recipe
+from oracles.world import is_flat, world_of
 from refimpl import Proxy
 from refimpl.linear import Array, cross, norm, scale
 from refimpl.motions import RigidMotion
@@ -33,6 +34,8 @@ THIN = Recipe(sliver, PLACEMENTS["touching"])
 FACES = Recipe(aligned, PLACEMENTS["face_on_face"])
 FAR = Recipe(generic, PLACEMENTS["touching"], FRAMES["far_away"])
 
+UPRIGHT, LEVEL = np.array([0.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0])
+"""Of flat proxies: the way out of their plane, and what is left of vectors in it."""
 TIMES = (0.5, 0.25, 0.75, 0.125)
 MOST_TURN = 1.5
 """Largest coordinate of an angular velocity: no body turns by more than half a turn."""
@@ -63,23 +66,35 @@ class _Meeting:
         """Draw one."""
         a, b = recipe.draft(draws, *kinds).settled()
         normal = signed_gap(a, b)[1]
-        normal = np.where(np.isfinite(normal).all(axis=-1, keepdims=True), normal, np.array([0.0, 0.0, 1.0]))
+        world = world_of(b)
+        normal = np.where(np.isfinite(normal).all(axis=-1, keepdims=True), normal, world.up)
         widths = [support(shape, normal) + support(shape, -normal) for shape in (a, b)]
         known = [np.where(np.isfinite(width), width, 0.0) for width in widths]
         length = np.maximum(*known)
-        return cls(a, b, normal, np.where(length > 0, length, 1.0))
+        return cls(a, b, world.fill(normal), np.where(length > 0, length, 1.0))
 
     def aside(self, draws: Draws) -> Array:
         """Directions square to the normals, of length 1."""
         given = draws.uniform(-1.0, 1.0, 3)
+        if is_flat(self.b):  # so that what is square to both lies in the plane
+            given = given * UPRIGHT
         square = cross(self.normal, given)
-        square = np.where((norm(square) < 1e-3)[:, None], cross(self.normal, self.normal[:, [1, 2, 0]] + 0.1), square)
+        square = np.where(
+            (norm(square) < 1e-3)[:, None],
+            cross(self.normal, UPRIGHT if is_flat(self.b) else self.normal[:, [1, 2, 0]] + 0.1),
+            square,
+        )
         return scale(1.0 / norm(square), square)
 
     def back(self, time: Array, approach: Array, along: Array) -> Swept:
         """Both at the start: A comes to B by `approach` in the whole time, while B moves `along`."""
-        ways = approach + along, along
-        a, b = (shape.translated(-scale(time, way)) for shape, way in zip((self.a, self.b), ways, strict=True))
+        if is_flat(self.b):
+            approach, along = approach * LEVEL, along * LEVEL
+        ways, world = (approach + along, along), world_of(self.b)
+        a, b = (
+            shape.translated(-world.vectors(scale(time, way)))
+            for shape, way in zip((self.a, self.b), ways, strict=True)
+        )
         return a, b, Course.translating(*ways)
 
     def coming(self, draws: Draws, time: Array, approach: Array) -> Swept:
@@ -126,7 +141,7 @@ def touching_at_start(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) ->
 def just_missing(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
     """Past each other with a gap of 1e-1 to 1e-9 of the size: no contact, but nearly."""
     meeting = _Meeting.of(draws, (kind_a, kind_b), TOUCHING)
-    gap = scale(log_uniform(draws, -9.0, -1.0) * meeting.length, meeting.normal)
+    gap = world_of(meeting.b).vectors(scale(log_uniform(draws, -9.0, -1.0) * meeting.length, meeting.normal))
     apart = _Meeting(meeting.a.translated(-gap), meeting.b, meeting.normal, meeting.length)
     return apart.coming(draws, draws.choice(TIMES), scale(3.0 * meeting.length, meeting.aside(draws)))
 
@@ -167,13 +182,14 @@ def at_the_end(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
 def overlapping(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
     """In each other from the start: contact at t = 0, wherever they go."""
     meeting = _Meeting.of(draws, (kind_a, kind_b), TOUCHING)
-    inside = _Meeting(
-        meeting.a.translated(scale(draws.uniform(0.01, 0.5) * meeting.length, meeting.normal)),
+    inside = scale(draws.uniform(0.01, 0.5) * meeting.length, meeting.normal)
+    deep = _Meeting(
+        meeting.a.translated(world_of(meeting.b).vectors(inside)),
         meeting.b,
         meeting.normal,
         meeting.length,
     )
-    return inside.coming(draws, np.zeros(draws.n), scale(meeting.length, draws.uniform(-1.0, 1.0, 3)))
+    return deep.coming(draws, np.zeros(draws.n), scale(meeting.length, draws.uniform(-1.0, 1.0, 3)))
 
 
 def _turning(draws: Draws, swept: Swept) -> Swept:
@@ -181,7 +197,7 @@ def _turning(draws: Draws, swept: Swept) -> Swept:
     a, b, course = swept
     sides = []
     for shape, side in ((a, course.a), (b, course.b)):
-        if not can_turn(type(shape)):
+        if not can_turn(shape):
             sides.append(side)
             continue
         free = draws.uniform(-MOST_TURN, MOST_TURN, 3)
@@ -201,7 +217,8 @@ def turning(draws: Draws, kind_a: type[Proxy], kind_b: type[Proxy]) -> Swept:
     found = _Meeting.of(draws, (kind_a, kind_b), TOUCHING)
     in_place = draws.choice((0.0, 1.0)) == 1
     gap = np.where(in_place, draws.choice((0.05, 0.01, 0.2)), 0.0)
-    apart = _Meeting(found.a.translated(-scale(gap * found.length, found.normal)), found.b, found.normal, found.length)
+    aside = world_of(found.b).vectors(scale(gap * found.length, found.normal))
+    apart = _Meeting(found.a.translated(-aside), found.b, found.normal, found.length)
     ways = np.where(in_place, 0.0, draws.choice((2.0, 1.0)))
     along = np.where(in_place, 0.0, draws.choice((0.0, 0.5)))
     approach = scale(ways * found.length, found.normal)

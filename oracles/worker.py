@@ -84,6 +84,7 @@ class EngineWorker:
         self.effort = (0, 0.0)
         self._job: Job | None = None
         self._renewed = False
+        self._careful: Counter[tuple[str, Kind, Kind]] = Counter()
         self._guarded = Guarded(engine_spec, Limits(call_limit, memory_limit, start_limit))
         self._end = weakref.finalize(self, self._guarded.end)
         try:
@@ -145,7 +146,7 @@ class EngineWorker:
             raise EngineUnavailable(f"the worker of {self.engine_spec} is closed")
         self._job = Job(query, A, B, len(a), a.shape[1], b.shape[1], give_up_after, self._renewed)
         self._renewed = False
-        self._guarded.board.fill(a, b, labels)
+        self._guarded.board.fill(a, b, labels, self._careful[query, A, B])
         self._guarded.ask(self._job)
 
     def result(self) -> Answers:
@@ -165,6 +166,7 @@ class EngineWorker:
     def _answers(self, job: Job) -> Answers:
         """Read the board; an answer that says less than the engine promised is none."""
         board = self._guarded.board
+        self._careful[job.query, job.A, job.B] = board.still_careful()
         self.effort = int(board.asked[0]), float(board.spent[0]) * 1e-9
         status, table, texts = board.results()
         for i, text in faults(job.query, board.promised(), table).items():

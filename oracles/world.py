@@ -43,7 +43,7 @@ class World:
         The type of that name.
     rounded : (p, q, radius) → proxy
         Everything within `radius` of a segment; where its ends are one, a ball or disc, or a point.
-    beyond : (outward, at, half) → proxy
+    beyond : (at, outward, half) → proxy
         What lies on the side of the plane or line through `at` to which `outward` points: all of it, or a cube or
         square of half the side `half`, which stands on `at`.
     """
@@ -61,15 +61,20 @@ class World:
         """Some direction."""
         return np.asarray(np.eye(self.axes)[-1])
 
+    def vectors(self, vectors: Array) -> Array:
+        """Vectors of space as such of this world."""
+        return vectors[..., : self.axes]
+
     def cut(self, answers: Answers) -> Answers:
-        """Answers with the vectors of this world; one that leaves the plane is none."""
+        """Answers with the vectors of this world; one that leaves the plane has no end, which none has."""
         if self.axes == SPACE.axes:
             return answers
         found: dict[str, Any] = {}
         for name in VECTORS:
             column = getattr(answers, name)
-            leaves = (column[:, self.axes :] != 0).any(axis=1, keepdims=True)
-            found[name] = np.where(leaves, np.nan, column[:, : self.axes])
+            rest = column[:, self.axes :]
+            whole = np.where(np.isnan(rest), np.nan, column[:, : self.axes])
+            found[name] = np.where((rest != 0) & ~np.isnan(rest), np.inf, whole)
         return replace(answers, **found)
 
     def fill(self, vectors: NDArray[Any]) -> Array:
@@ -78,13 +83,13 @@ class World:
         return np.concatenate([vectors, *[zeros] * (SPACE.axes - self.axes)], axis=-1)
 
 
-def _all_beyond(outward: Array, at: Array, half: Array) -> HalfSpace:
+def _all_beyond(at: Array, outward: Array, half: Array) -> HalfSpace:
     """All that lies on that side."""
     del half
     return HalfSpace(-outward, dot(outward, at))
 
 
-def _square(outward: Array, at: Array, half: Array) -> flat.ConvexPolygon:
+def _square(at: Array, outward: Array, half: Array) -> flat.ConvexPolygon:
     """Squares that stand on the line: flat sets have an end."""
     up = scale(half / norm(outward), outward)
     along = np.stack([-up[:, 1], up[:, 0]], axis=-1)

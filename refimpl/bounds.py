@@ -162,7 +162,7 @@ BOXES: dict[type[Proxy], Callable[[Any], Bounds]] = {
     Disc: lambda s: _about(s.center, s.radius[..., None]),
     Segment: _box_of_capsule,
     Rectangle: lambda b: (b.lower, b.upper),
-    ConvexPolygon: lambda p: _box_of_points(p.outline.corners, (p.given == "lines") * SLACK * p.magnitude),
+    ConvexPolygon: lambda p: _box_of_points(p.vertices, (p.given == "lines") * SLACK * p.magnitude),
 }
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from refimpl.linear import Array
 from refimpl.overlaps import resolve
 from refimpl.proxy import Proxy, ShapeError
+from refimpl.queries import distance
 from refimpl.results import Separation
 from refimpl.scenes import Contact, Scenes
 from refimpl.shapes import Point, Polyhedron
@@ -44,6 +45,14 @@ class Contacts:
         return len(self.part_a)
 
 
+def _of_flat(a: Proxy, b: Proxy) -> Contacts:
+    """Contacts of two flat proxies, which are convex: one, or none."""
+    found = distance(a, b)
+    pairs = Separation(*(column[None][: int(found.distance <= 0)] for column in map(np.asarray, vars(found).values())))
+    number = np.zeros(len(pairs.distance), dtype=np.int64)
+    return Contacts(found, np.full(2, max(0.0, -float(found.distance))), number, number, pairs)
+
+
 def contacts(a: Proxy, b: Proxy) -> Contacts:
     """Contacts of two single solids, or of a point and a solid.
 
@@ -61,6 +70,8 @@ def contacts(a: Proxy, b: Proxy) -> Contacts:
             raise ShapeError(
                 f"contacts are of single proxies, got a batch of shape {shape.batch_shape}: take them by index"
             )
+    if a.dimension == 2:
+        return _of_flat(a, b)
     x, y = a.broadcast_to((1,)), b.broadcast_to((1,))
     found = resolve(x, y)
     upper = max(0.0, -float(found.separation.distance[0]))

@@ -76,6 +76,8 @@ def mass_properties(shape: Proxy, *, allowed_overlap: float = 0.0) -> MassProper
     if isinstance(shape, Polyhedron):
         return _polyhedron(shape)
     rule = RULES.get(type(shape))
+    if shape.dimension == 2:
+        raise UnsupportedOperation(f"a {type(shape).__name__} has an area, no volume: use flat.area.area_properties")
     if rule is None:
         raise UnsupportedOperation(f"a {type(shape).__name__} has no mass properties: it is not a bounded solid")
     exponent = power_of_two(shape.magnitude)

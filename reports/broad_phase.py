@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from oracles.crowds.boxes import REGIMES
@@ -30,6 +31,8 @@ COLUMNS: tuple[tuple[str, str], ...] = (
     ("not the nearest", "not_nearest"),
     ("lost", "lost"),
 )
+BROKEN = ("missing", "not_nearest", "lost")
+"""What breaks a promise."""
 
 
 def matrix(run: Run) -> Table:
@@ -71,7 +74,7 @@ def counts(run: Run) -> Table:
         mine = [count for count in run.crowds if count.engine == engine]
         sums = [sum(getattr(count, name) for count in mine) for _, name in COLUMNS]
         entries = [
-            Entry(text.count(n), state="wrong" if n and name in ("missing", "not_nearest", "lost") else "")
+            Entry(text.count(n), state="wrong" if n and name in BROKEN else "")
             for (_, name), n in zip(COLUMNS, sums, strict=True)
         ]
         named = mine[0]
@@ -90,9 +93,23 @@ def witnesses(run: Run) -> Table:
             continue
         which = Entry(f"{text.visible(count.engine)} · {text.visible(count.regime)}")
         said = Entry("missing", state="wrong") if count.missing else Entry("beyond its limit", state="convention")
-        rows.append((which, said, Entry(_overlap(count.witness)), Entry("; ".join(_bodies(count.witness)))))
-    columns = (Column("engine · crowd"), Column("pair 0, 1"), Column("proven"), Column("bodies"))
+        script = Entry(script_path(count.engine, count.regime) if count.witness.script else "")
+        rows.append((which, said, Entry(_overlap(count.witness)), Entry("; ".join(_bodies(count.witness))), script))
+    titles = "engine · crowd", "pair 0, 1", "proven", "bodies", "script"
+    columns = tuple(Column(title) for title in titles)
     return Table("Missing pairs, each in the smallest crowd found", columns, tuple(rows))
+
+
+def scripts(run: Run) -> dict[str, str]:
+    """Scripts that show the missing pairs, by their paths in the report's folder."""
+    shown = [count for count in run.crowds if count.witness is not None and count.witness.script]
+    return {script_path(count.engine, count.regime): count.witness.script for count in shown if count.witness}
+
+
+def script_path(engine: str, regime: str) -> str:
+    """Where the script of an engine's missing pair in a regime stands; named by letters and numbers only."""
+    words = re.findall("[a-z0-9]+", f"{engine} {regime}".lower())
+    return f"repro/broad-phase-{'-'.join(words)[:80]}.py"
 
 
 def _overlap(witness: Witness) -> str:
@@ -116,6 +133,12 @@ def shown(run: Run) -> tuple[Table, ...]:
     return (matrix(run), counts(run), *([found] if found.rows else []))
 
 
-def failures(run: Run) -> list[CrowdCount]:
-    """Where an engine broke its promise."""
-    return [count for count in run.crowds if count.wrong]
+def failures(run: Run) -> list[str]:
+    """Sentences on where an engine broke its promise."""
+    said = []
+    for engine in dict.fromkeys(count.engine for count in run.crowds if count.wrong):
+        mine = [count for count in run.crowds if count.engine == engine]
+        missing, wrong, lost = (sum(getattr(count, name) for count in mine) for name in BROKEN)
+        pairs = f"{text.plural(missing, 'pair')} missing, {text.plural(wrong, 'nearest pair')} wrong"
+        said.append(f"broad phase of {engine}: {pairs}, {text.plural(lost, 'crowd')} lost")
+    return said

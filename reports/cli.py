@@ -16,7 +16,17 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from reports import accuracy_command, checking, comparing, options, replaying, running, showing, text
+from reports import (
+    accuracy_command,
+    checking,
+    comparing,
+    fit_command,
+    options,
+    replaying,
+    running,
+    showing,
+    text,
+)
 from reports.options import BadInput
 from reports.running import BAD_INPUT, FINISHED, INTERRUPTED
 
@@ -88,7 +98,15 @@ def start(
         print(context.get_help())
 
 
-OWN = (running.run, showing.show, replaying.replay, checking.check, comparing.diff, accuracy_command.accuracy)
+OWN = (
+    running.run,
+    showing.show,
+    replaying.replay,
+    checking.check,
+    comparing.diff,
+    accuracy_command.accuracy,
+    fit_command.fit,
+)
 """Commands that stand in files of their own."""
 for own in OWN:
     app.command()(own)

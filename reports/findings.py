@@ -16,7 +16,7 @@ from oracles.scene import Scene
 from refimpl import Ray
 from refimpl.proof.claims import Bound
 from refimpl.proof.impacts import ImpactCertificate
-from reports import ledger, shapes, text
+from reports import broad_phase, ledger, shapes, surveys, text
 from reports.ledger import History, history
 from reports.proofs import Proof, proof_view
 from reports.relations import related_facts
@@ -309,7 +309,8 @@ def _clause(engine: str, verdicts: Counter[Kind]) -> str:
 def warnings(run: Run) -> list[str]:
     """Sentences that a reader must see before anything else."""
     found = ["The run was interrupted: this is what it had until then."] if run.interrupted else []
-    told = [*run.problems, *(f"{what} ({text.plural(n, 'time')})" for what, n in run.incidents.most_common())]
+    told = [*run.problems, *broad_phase.failures(run), *surveys.failures(run)]
+    told += [f"{what} ({text.plural(n, 'time')})" for what, n in run.incidents.most_common()]
     found += [text.visible(problem, limit=1000) for problem in told[:MOST_WARNINGS]]
     more = len(told) - MOST_WARNINGS
     return [*found, f"… and {text.count(more)} more such problems: report.json has them all."] if more > 0 else found

@@ -6,11 +6,11 @@ import json
 import os
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from oracles.outcome import Run
-from reports import html, issues, junit, markdown, sarif, viewer
+from reports import broad_phase, html, issues, junit, markdown, sarif, viewer
 from reports.accuracy_data import as_csv
 from reports.findings import bucket_views
 from reports.summary import SCHEMA, report_json, schema
@@ -75,6 +75,7 @@ def contents(run: Run) -> Iterator[tuple[str, str]]:
             yield view.file, view.repro
         yield view.issue, issue
         yield view.picture, viewer.picture(bucket)
+    yield from broad_phase.scripts(run).items()
     yield "report.json", report_json(run)
     yield "accuracy.csv", as_csv(run)
     yield SCHEMA, schema()
@@ -88,11 +89,36 @@ def _refused(folder: Path, error: OSError) -> str:
     return f"cannot write to {str(folder)!r} ({error.strerror or error}): name another folder with --out"
 
 
-def _replace(path: Path, content: str) -> None:
+def _replace(path: Path, content: str | bytes) -> None:
     """Write beside the old file and move over it: a reader never sees half a report."""
     beside = path.with_name(path.name + ".part")
-    beside.write_text(content, encoding="utf-8", errors="backslashreplace", newline="\n")
+    beside.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", errors="backslashreplace"))
     os.replace(beside, path)
+
+
+def write_files(folder: Path, files: Mapping[str, str | bytes], own: str) -> None:
+    """Write files that are no report of a campaign, in place of older ones.
+
+    Parameters
+    ----------
+    own
+        The one of them by which a folder is known to hold such files: another one's page is not overwritten.
+
+    Raises
+    ------
+    FolderError
+        When the folder cannot be written, or is somebody else's.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise FolderError(f"{str(folder)!r} is a file: name a folder with --out")
+    if (folder / "index.html").exists() and not (folder / own).exists():
+        raise FolderError(f"{str(folder)!r} holds an index.html that is not ours: name another folder with --out")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in files.items():
+            _replace(folder / name, content)
+    except OSError as error:
+        raise FolderError(_refused(folder, error)) from None
 
 
 def _remove_old(folder: Path) -> None:
@@ -100,8 +126,11 @@ def _remove_old(folder: Path) -> None:
     try:
         old = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         listed = [Path(bucket["repro"]).stem for bucket in old["buckets"]]
+        crowds = [broad_phase.script_path(str(c["engine"]), str(c["regime"])) for c in old.get("crowds", [])]
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return
+    for path in crowds:
+        (folder / path).unlink(missing_ok=True)
     for stem in listed:
         for name, ending in BELOW.items():
             if OWN.fullmatch(f"{stem}."):

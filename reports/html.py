@@ -54,10 +54,11 @@ def render(run: Run) -> str:
     )
 
 
-def page(template: str, **values: object) -> str:
-    """Return another page in the report's style, without a script."""
+def page(template: str, own_style: str = "", **values: object) -> str:
+    """Return another page in the report's style, to which a style sheet of its own may add something."""
     environment = _environment()
-    return environment.get_template(template).render(**values, style=_style(environment, 0))
+    style = _style(environment, 0) + (_own(environment, own_style) if own_style else "")
+    return environment.get_template(template).render(**values, style=style)
 
 
 def script(environment: Environment | None = None) -> str:

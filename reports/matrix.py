@@ -105,7 +105,7 @@ def _overview_entry(
 
 
 def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
-    """Pairs by engine and query; rays, which have a query of their own, come last.
+    """Pairs by engine and query, of space and of the plane; rays, which have a query of their own, come last in each.
 
     Pairs that no engine was asked are left out, and counted in the caption.
 
@@ -117,15 +117,10 @@ def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
     counts = grouped(run, "engine", "query", "pair")
     queries = queries_of_pairs()
     known = {pair for _, _, pair in (*run.support, *counts)}
-    worlds = [names for names in _pairs_of_worlds().values() if names & known]
 
-    def table(asked: tuple[str, ...]) -> Table:
-        keys = [(engine, query) for engine in engines(run) for query in asked]
-        every = [
-            pair
-            for pair, its_queries in queries.items()
-            if its_queries == asked and any(pair in names for names in worlds)
-        ]
+    def table(asked: tuple[str, ...], names: set[str]) -> Table:
+        keys = [(engine, query) for engine in _engines_in(run, names) for query in asked]
+        every = [pair for pair, its_queries in queries.items() if its_queries == asked and pair in names]
         pairs = [pair for pair in every if pair in known]
         rows = [
             (
@@ -141,8 +136,18 @@ def matrices(run: Run, links: dict[CellKey, str]) -> tuple[Table, ...]:
         caption = f"Pairs by engine: {', '.join(asked)}{left_out}"
         return Table(caption, (Column("pair"), *columns), tuple(rows))
 
-    tables = map(table, sorted(set(queries.values()), key=lambda asked: QUERIES.index(asked[0])))
+    kinds = sorted(set(queries.values()), key=lambda asked: QUERIES.index(asked[0]))
+    tables = (table(asked, names) for names in _pairs_of_worlds().values() for asked in kinds)
     return tuple(table for table in tables if table.rows)
+
+
+def _engines_in(run: Run, names: set[str]) -> list[str]:
+    """Engines that answer anything about some pairs; all, where none does."""
+    answering = {
+        engine for (engine, _, pair), note in run.support.items() if pair in names and note.kind != UNSUPPORTED
+    }
+    answering |= {key[0] for key in run.counts if key[2] in names and key[4] is not Kind.UNSUPPORTED}
+    return [engine for engine in engines(run) if engine in answering] or list(engines(run))
 
 
 def matrix_entry(run: Run, key: CellKey, verdicts: Counter[Kind], links: dict[CellKey, str]) -> Entry:

@@ -22,8 +22,8 @@ class BadInput(Exception):
     """The command line asks for what cannot be done; the text names it, and the way out."""
 
 
-def seconds(option: str) -> Callable[[str], float]:
-    """Make the parser of an option that takes a time."""
+def positive(option: str, unit: str = "") -> Callable[[str], float]:
+    """Make the parser of an option that takes a number greater than 0."""
 
     def parse(said: str) -> float:
         try:
@@ -31,10 +31,15 @@ def seconds(option: str) -> Callable[[str], float]:
         except ValueError:
             value = math.nan
         if not (math.isfinite(value) and value > 0):
-            raise BadInput(f"{option} must be a positive number of seconds, got {said!s}")
+            raise BadInput(f"{option} must be a positive number{unit}, got {said!s}")
         return value
 
     return parse
+
+
+def seconds(option: str) -> Callable[[str], float]:
+    """Make the parser of an option that takes a time."""
+    return positive(option, " of seconds")
 
 
 def whole(option: str, low: int, high: int) -> Callable[[str], int]:

@@ -12,6 +12,9 @@ from functools import cache
 from pathlib import Path
 
 import refimpl
+from refimpl import flat
+from refimpl.flat.pairs import PROBES as FLAT_PROBES
+from refimpl.flat.pairs import SOLIDS as FLAT_SOLIDS
 from refimpl.pairs import CLOSED, FINITE, ITERATIVE, PROBES, SOLIDS
 from refimpl.sweeps.methods import methods_of
 
@@ -49,9 +52,9 @@ class Matrix:
     algorithms: tuple[Algorithm, ...]
 
 
-def matrix() -> Matrix:
-    """Lay out `refimpl.table()`."""
-    table = refimpl.table()
+def matrix(*, in_plane: bool = False) -> Matrix:
+    """Lay out `refimpl.table()`, or `refimpl.flat.table()`."""
+    table, probes, solids = (flat.table(), FLAT_PROBES, FLAT_SOLIDS) if in_plane else (refimpl.table(), PROBES, SOLIDS)
     pairs: dict[tuple[str, str], list[str]] = {}
     for (a, b), rule in table.items():
         pairs.setdefault((LETTERS[rule.exactness], rule.algorithm), []).append(f"{a.__name__}–{b.__name__}")
@@ -67,18 +70,22 @@ def matrix() -> Matrix:
             return ""
         return marks[LETTERS[rule.exactness], rule.algorithm] + (EARLY if rule.meets is not None else "")
 
-    kinds = (*PROBES, *SOLIDS)
+    kinds = (*probes, *solids)
     return Matrix(
         rows=tuple(kind.__name__ for kind in kinds),
-        columns=tuple(kind.__name__ for kind in SOLIDS),
-        cells=tuple(tuple(cell(a, b) for b in SOLIDS) for a in kinds),
+        columns=tuple(kind.__name__ for kind in solids),
+        cells=tuple(tuple(cell(a, b) for b in solids) for a in kinds),
         algorithms=tuple(Algorithm(mark, key[1], tuple(pairs[key])) for key, mark in marks.items()),
     )
 
 
 def as_text() -> str:
-    """Return the matrix and its legend for a terminal."""
-    vs = matrix()
+    """Return the matrices of space and of the plane, each with its legend, for a terminal."""
+    words = [f"{mark:<5}{meaning}" for mark, meaning in EXPLANATION]
+    return "\n".join([*_in_lines(matrix()), "", *_in_lines(matrix(in_plane=True)), "", *words]) + "\n"
+
+
+def _in_lines(vs: Matrix) -> list[str]:
     first = max(map(len, ("VS", *vs.rows)))
     widths = [max(len(name), *(len(row[i]) for row in vs.cells)) for i, name in enumerate(vs.columns)]
     lines = [
@@ -87,8 +94,7 @@ def as_text() -> str:
     ]
     widest = max(len(algorithm.name) for algorithm in vs.algorithms)
     legend = [f"{a.mark:<5}{a.name:<{widest}}  {', '.join(a.pairs)}" for a in vs.algorithms]
-    words = [f"{mark:<5}{meaning}" for mark, meaning in EXPLANATION]
-    return "\n".join([*lines, "", *legend, "", *words]) + "\n"
+    return [*lines, "", *legend]
 
 
 def as_markdown() -> str:

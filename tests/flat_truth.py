@@ -1,4 +1,4 @@
-"""The flat world by brute force: Fractions, and roots of 50 digits; no hull, no Minkowski difference, no order of sides.
+"""The flat world by brute force: Fractions, and roots of 50 digits; no hull, no Minkowski difference, no order.
 
 Every proxy is its corners, in any order and with any number of others between them, widened by a radius. The segments
 between any two of them lie in it, and the sides are among these.
@@ -61,7 +61,11 @@ def corners(shape: Any) -> tuple[list[Place], Fraction]:
             return [(x, y) for x in (left, right) for y in (low, high)], none
     if shape.given == "vertices":
         return vectors(shape.numbers), none
-    lines = [tuple(map(Fraction, line)) for line in shape.numbers.tolist()]
+    return corners_of_lines([tuple(map(Fraction, line)) for line in shape.numbers.tolist()]), none
+
+
+def corners_of_lines(lines: list[tuple[Fraction, ...]]) -> list[Place]:
+    """Points that two lines (n_x, n_y, k) share, and that lie behind all."""
     found = []
     for (a, b, j), (c, d, k) in combinations(lines, 2):
         area = a * d - b * c
@@ -69,7 +73,7 @@ def corners(shape: Any) -> tuple[list[Place], Fraction]:
             x, y = (b * k - d * j) / area, (c * j - a * k) / area
             if all(u * x + v * y + w <= 0 for u, v, w in lines):
                 found.append((x, y))
-    return found, none
+    return found
 
 
 def ways(points: list[Place], others: list[Place]) -> Iterator[Place]:
@@ -96,10 +100,14 @@ def off_segment(x: Place, p: Place, q: Place) -> Place:
     return minus(plus(p, share, step), x)
 
 
+def segments(points: list[Place]) -> list[tuple[Place, Place]]:
+    return list(combinations(points, 2)) or [(points[0], points[0])]
+
+
 def square_gap(points: list[Place], others: list[Place]) -> Fraction:
     """Square of the least distance of a corner of one from a segment of the other."""
-    gaps = [off_segment(x, p, q) for x in points for p in others for q in others]
-    gaps += [off_segment(x, p, q) for x in others for p in points for q in points]
+    gaps = [off_segment(x, p, q) for x in points for p, q in segments(others)]
+    gaps += [off_segment(x, p, q) for x in others for p, q in segments(points)]
     return min(dot(gap, gap) for gap in gaps)
 
 
@@ -144,7 +152,7 @@ def ray_time(ray: Any, b: Any) -> mpf:
     (start,), (way,), (points, radius) = vectors(ray.origin), vectors(ray.direction), corners(b)
     if not are_apart([start], points) or square_gap([start], points) <= radius * radius:
         return mpf(0)
-    return min(entry(start, way, p, q, radius) for p in points for q in points)
+    return min(entry(start, way, p, q, radius) for p, q in segments(points))
 
 
 def sweep_time(a: Any, b: Any, way: Place) -> mpf:
@@ -155,6 +163,6 @@ def sweep_time(a: Any, b: Any, way: Place) -> mpf:
     if not any(way):
         return inf
     back = -way[0], -way[1]
-    times = [entry(x, way, p, q, r + s) for x in others for p in points for q in points]
-    times += [entry(x, back, p, q, r + s) for x in points for p in others for q in others]
+    times = [entry(x, way, p, q, r + s) for x in others for p, q in segments(points)]
+    times += [entry(x, back, p, q, r + s) for x in points for p, q in segments(others)]
     return min((t for t in times if t <= 1), default=inf)

@@ -30,7 +30,7 @@ class Roots(Survey):
             ("broken", "NoSuchClass", "math"),
         )
     }
-    each: ClassVar = 0.5
+    each: ClassVar = 1.5
 
     def cases(self, seed: int) -> list[Case]:
         regimes = ["small" if number < 100 else "large" for number in NUMBERS]
@@ -109,4 +109,12 @@ class Fragile(Right):
                 return "a potato"
             case 123456.789:
                 return object()
+        return super().answer(case)
+
+
+class Slow(Right):
+    """Right, after a while in which it waits for the processor."""
+
+    def answer(self, case: Case) -> Any:
+        time.sleep(0.4)
         return super().answer(case)

@@ -8,7 +8,7 @@ import pytest
 from oracles.batch import Batch
 from oracles.clumsiness import clumsiness, odd_numbers
 from oracles.degeneracy import CLASSES, FREE, GENERIC, degeneracy, features, gaps_of
-from oracles.impact_stages import TARGETS
+from oracles.impact_stages import STAGED
 from oracles.motion import Motion, Moving
 from oracles.plain import plain_scenes
 from oracles.plain_bodies import PLAIN_BODIES
@@ -185,7 +185,7 @@ def test_clumsiness_counts_numbers_that_have_to_be_read() -> None:
 
 def test_plain_scenes_are_plain_the_same_every_time_and_there_are_some_of_every_cell() -> None:
     for cell in cells():
-        if cell.query == IMPACT and (cell.type_a, cell.type_b) not in TARGETS:
+        if cell.query == IMPACT and (cell.type_a, cell.type_b) not in STAGED:
             assert plain_scenes(cell, "generic") == ()
         elif cell.query in (DISTANCE, RAYCAST, IMPACT):
             scenes = plain_scenes(cell, "generic" if cell.query != IMPACT else "spinning")

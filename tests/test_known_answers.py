@@ -20,8 +20,8 @@ PAIRS = [(a, b) for a in BUILDERS for b in BUILDERS if a != "Point"]  # a point 
 
 
 def chunks(holder: str, other: str) -> int:
-    """Batches of a pair, so that both roles and both tests make thousands of scenes."""
-    return 2 if "KDOP" in (holder, other) else 3
+    """Batches of a pair: in the quick profile 22 500 scenes of all, in the others thousands of each."""
+    return 1 if effort() <= 10 else 2 if "KDOP" in (holder, other) else 3
 
 
 def promise(a: refimpl.Proxy, b: refimpl.Proxy) -> float:
@@ -71,8 +71,8 @@ def test_every_type_of_the_table_is_built() -> None:
 def test_the_truth_knows_them_too(holder: str, other: str) -> None:
     """Construction and 50-digit arithmetic, which have nothing in common, agree to the rounding of the scene."""
     rng = generator("truth", holder, other)
-    signed = 10.0 ** rng.uniform(-12, 0, 3) * rng.choice([-1.0, 1.0], 3)
+    signed = 10.0 ** rng.uniform(-12, 0, 2) * rng.choice([-1.0, 1.0], 2)
     a, b = known_pair(holder, other, signed, rng)
-    for i in range(3):
+    for i in range(2):
         error = abs(truth.signed_distance(a[i], b[i]) - signed[i])
         assert error <= CONSTRUCTION * scale_of(a, b, signed)[i], (float(error), a[i], b[i])

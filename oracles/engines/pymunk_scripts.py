@@ -33,7 +33,8 @@ TELL = """if found is not None:
 MEASURE = """
 found = b.point_query({centre!r})
 print("distance =", repr(found.distance - {radius!r}))
-print("on_b =", [*found.point, 0.0])
+if found.point.x == found.point.x:  # it is (nan, nan) on the outline of a polygon
+    print("on_b =", [*found.point, 0.0])
 x, y = found.gradient
 print("normal =", [0.0 - x, 0.0 - y, 0.0])  # to b, where the gradient points away from it
 """
@@ -43,7 +44,19 @@ print("hit =", float(found is not None))
 print("t =", repr(float("inf") if found is None else found.alpha * {reach!r}))
 if found is not None:
     print("point =", [*found.point, 0.0])
-    print("normal =", [*found.normal, 0.0])
+    if found.alpha > 0:
+        print("normal =", [*found.normal, 0.0])
+"""
+
+SWEEP = """
+found = b.segment_query({start!r}, {end!r}, {radius!r})  # as seen from b
+print("hit =", float(found is not None))
+print("t =", repr(float("inf") if found is None else found.alpha))
+if found is not None:
+    print("point =", [p + found.alpha * v for p, v in zip(found.point, {own!r}, strict=True)] + [0.0])
+    u, v = found.normal
+    if found.alpha > 0:
+        print("normal =", [0.0 - u, 0.0 - v, 0.0])  # to b
 """
 
 
@@ -62,6 +75,12 @@ def distance_script(kinds: tuple[Kind, Kind], ball: Placed, b: Placed) -> str:
 def cast_script(kinds: tuple[Kind, Kind], b: Placed, start: list[float], end: list[float], reach: float) -> str:
     """Ask where a segment, which a ray passes in the time `reach`, meets a shape."""
     return _head("raycast", kinds, shape_text("b", b)) + CAST.format(start=start, end=end, reach=reach)
+
+
+def sweep_script(kinds: tuple[Kind, Kind], ball: Placed, end: list[float], own: list[float], b: Placed) -> str:
+    """Ask when a point or disc first meets a shape, both on their ways."""
+    ask = SWEEP.format(start=ball.points[0], end=end, radius=ball.radius, own=own)
+    return _head("sweep", kinds, shape_text("b", b)) + ask
 
 
 def _head(what: str, kinds: tuple[Kind, Kind], shapes: str) -> str:

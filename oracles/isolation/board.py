@@ -31,7 +31,8 @@ TEXT = 640
 LONGEST_TEXT = 300
 """Characters of what an engine says or raises that are quoted."""
 CAREFUL_FOR = 5000
-"""So many scenes are asked one by one after a call was found to leave something changed, or a hand was lost."""
+"""So many scenes of a cell are asked one by one after a call was found to leave something changed, or a hand was lost:
+what is lost is mostly lost again in the same cell, and that costs more than to make sure of each scene."""
 HEADER = 64
 
 
@@ -111,14 +112,18 @@ class Board:
             os.ftruncate(self.descriptor, pages)
         self.memory, self.mapped = mmap.mmap(self.descriptor, pages), pages
 
-    def fill(self, rows_a: Array, rows_b: Array, groups: NDArray[np.int64]) -> None:
-        """Put down the scenes of a new job, none of them asked yet."""
+    def fill(self, rows_a: Array, rows_b: Array, groups: NDArray[np.int64], careful: int = 0) -> None:
+        """Put down the scenes of a new job, none of them asked yet; the first `careful` are to be made sure of."""
         self.open(len(rows_a), rows_a.shape[1], rows_b.shape[1])
         self.rows_a[:], self.rows_b[:], self.groups[:] = rows_a, rows_b, groups
         self.status[:] = PENDING
-        self.careful[0] = min(max(int(self.careful[0]), 0), CAREFUL_FOR)
+        self.careful[0] = careful
         self.at[0], self.since[0], self.phase[0], self.says[0] = NOWHERE_YET, NOWHERE_YET, Phase.WAITING, 0
         self.asked[0], self.spent[0] = 0, 0
+
+    def still_careful(self) -> int:
+        """How many more scenes are to be made sure of; whatever stands there by now, not more than after a loss."""
+        return min(max(int(self.careful[0]), 0), CAREFUL_FOR)
 
     def pending(self) -> NDArray[np.intp]:
         """Return the numbers of the scenes that are not asked yet, in their order."""

@@ -60,7 +60,7 @@ class Mass(Survey):
         "is off by the largest of its relative errors."
     )
     questions: ClassVar[Mapping[str, str]] = {
-        kind.__name__: f"Mass properties of a {kind.__name__}; relative, the largest of what is said."
+        kind.__name__: "relative error, the largest of what is said"
         for kind in (
             Sphere, Capsule, Cylinder, Ellipsoid, AABB, Box, KDOP, ConvexPolyhedron, Polyhedron, Composite,
         )
@@ -75,7 +75,7 @@ class Mass(Survey):
     engines: ClassVar[Mapping[str, Library]] = {
         "refimpl": Library("oracles.surveys.mass_engines:Reference", "refimpl", "proxyproof"),
         "trimesh": Library("oracles.surveys.mass_engines:Trimesh", "trimesh", "'proxyproof[meshes]'"),
-        "pybullet": Library("oracles.surveys.mass_engines:Bullet", "pybullet", "'proxyproof[bullet]'"),
+        "bullet": Library("oracles.surveys.mass_engines:Bullet", "pybullet", "'proxyproof[bullet]'"),
     }
     each = 5.0
 

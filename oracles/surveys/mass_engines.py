@@ -36,7 +36,7 @@ class Reference(SurveyEngine):
     """The formulas of `refimpl.mass`."""
 
     calls = "refimpl.mass_properties"
-    promise = "Rounding: 1e-13, by the thickness of a thin solid; of a barycentre far away 4 units in its last place."
+    promise = "rounding, 1e-13 by the thickness of a thin solid; of a barycentre far away 4 units in its last place"
 
     def tolerance(self, case: Case) -> float:
         """Rounding: corners that are turned against the axes know a thickness to a bit of their own size."""
@@ -70,7 +70,7 @@ class Trimesh(SurveyEngine):
     """Its meshes, and its primitives where it has them."""
 
     calls = "trimesh.Trimesh.volume, center_mass, moment_inertia, principal_inertia_components; trimesh.primitives"
-    promise = f"Nothing is promised; held to {TOLERANCE:g} of the true values, of a solid that is given exactly."
+    promise = f"nothing; held to {TOLERANCE:g} of the true values, of a solid that is given exactly"
     TYPES: ClassVar[Mapping[str, str]] = {
         "Sphere": "Sphere",
         "Box": "Box",
@@ -144,8 +144,8 @@ class Bullet(SurveyEngine):
 
     calls = "pybullet.createMultiBody and getDynamicsInfo: localInertiaDiagonal"
     promise = (
-        f"The principal moments of the shape in its own frame, held to {TOLERANCE:g}; hulls and capsules are bounding "
-        "boxes by convention. It tells no volume, and gives concave meshes, which cannot move, no inertia at all."
+        f"principal moments of the shape in its own frame, held to {TOLERANCE:g}; hulls and capsules count as bounding "
+        "boxes by convention, concave meshes cannot move and have no inertia, and volumes are not told"
     )
     TYPES = ("Sphere", "Box", "Capsule", "Cylinder", "ConvexPolyhedron")
 

@@ -40,10 +40,15 @@ def split(points: Array, weight: Array, count: int) -> list[tuple[Array, Array]]
 
 
 def moments(points: Array, weight: Array) -> tuple[Array, Array]:
-    """Mean (3,) and covariance (3, 3) of weighted points."""
+    """Mean (3,) and covariance (3, 3) of cubes of these volumes about points."""
     mean = weight @ points / np.sum(weight)
-    away = points - mean
-    return mean, (away.T * weight) @ away / np.sum(weight)
+    return mean, np.sum(_second(points - mean, weight), axis=0) / np.sum(weight)
+
+
+def _second(points: Array, weight: Array) -> Array:
+    """Second moments (n, 3, 3) about the origin of cubes of these volumes: x xᵀ and edge² / 12 times their volume."""
+    own = np.cbrt(weight) ** 2 / 12
+    return weight[:, None, None] * (points[:, :, None] * points[:, None, :] + own[:, None, None] * np.eye(3))
 
 
 def _part(points: Array, weight: Array) -> Part:
@@ -70,7 +75,7 @@ def _part(points: Array, weight: Array) -> Part:
 def _halves(points: Array, weight: Array) -> Array:
     """Sums of the volumes of the first i + 1 points and of the others, for every i but the last."""
     sums = [np.cumsum(weight), np.cumsum(scale(weight, points), axis=0)]
-    sums.append(np.cumsum(weight[:, None, None] * points[:, :, None] * points[:, None, :], axis=0))
+    sums.append(np.cumsum(_second(points, weight), axis=0))
     before = [x[:-1] for x in sums]
     after = [x[-1] - x[:-1] for x in sums]
     return _fullness(*before) + _fullness(*after)

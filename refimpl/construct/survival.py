@@ -25,11 +25,15 @@ def survives(proxy: Proxy) -> dict[str, str]:
     """What keeps a proxy from each transformation, by name; empty where it survives it.
 
     They are tried, as the types have them: a type that a transformation leads out of says which other has the result.
+    What can be turned is stretched after a turn: a box along the axes would survive what no other box does.
     """
-    found = {}
+    found: dict[str, str] = {}
     for name, change in TRANSFORMATIONS.items():
         try:
-            found[name] = "" if type(change(proxy)) is type(proxy) else "it becomes another type"
+            changed = change(
+                TRANSFORMATIONS["rotation"](proxy) if name == "stretching" and not found["rotation"] else proxy
+            )
+            found[name] = "" if type(changed) is type(proxy) else "it becomes another type"
         except UnsupportedOperation as error:
             found[name] = str(error)
     return found

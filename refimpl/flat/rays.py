@@ -84,7 +84,7 @@ def ray_convexpolygon(ray: FlatRay, b: ConvexPolygon) -> Entry:
 
 
 def _decided(ray: FlatRay, shape: Segment | ConvexPolygon, outline: Outline, radius: Array) -> Entry:
-    """First times and normals; where a ray starts at a side, or passes a corner, rational numbers tell on which side."""
+    """First times and normals; rational numbers tell about a ray that starts at a side or passes a corner."""
     from refimpl.proof.rays import Hit, Miss  # noqa: PLC0415  only what is grazed needs it
     from refimpl.proof.times import direction_of, first_hit  # noqa: PLC0415
 
@@ -106,4 +106,4 @@ def _room(ray: FlatRay, outline: Outline) -> Array:
     """How far the line of a ray comes in from the outermost corners; negative where all are on one side of it."""
     offset, way = outline.corners - ray.origin[:, None, :], unit_or(ray.direction, ray.direction)[0][:, None, :]
     aside = way[..., 0] * offset[..., 1] - way[..., 1] * offset[..., 0]
-    return np.minimum(-np.min(aside, axis=1), np.max(aside, axis=1))
+    return np.asarray(np.minimum(-np.min(aside, axis=1), np.max(aside, axis=1)))

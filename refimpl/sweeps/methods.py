@@ -18,9 +18,14 @@ class Methods(NamedTuple):
 
 
 def methods_of(a: type[Proxy], b: type[Proxy]) -> Methods | None:
-    """Name the methods of a pair of types, in the order of the pair table; None for rays, which do not move."""
-    if Ray in (a, b):
+    """Name the methods of a pair of types, in the order of the pair table; None for rays, which do not move.
+
+    Flat proxies have no rigid motions.
+    """
+    if issubclass(a, Ray):
         return None
+    if a.dimension == 2:
+        return Methods("ray cast against the difference", "–")
     if a in UNIONS or b in UNIONS:
         return Methods("first of the pieces", "first of the pieces")
     if a is Point:

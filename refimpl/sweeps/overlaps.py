@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from refimpl.flat.shapes import FlatPoint
+from refimpl.flat import polygons
 from refimpl.linear import Array
 from refimpl.queries import distance
 from refimpl.results import where
@@ -23,6 +23,8 @@ def common_points(x: Proxy, y: Proxy) -> Array:
     for probe in (x, y):
         if isinstance(probe, Point):
             return np.array(probe.position)
+    if x.dimension == 2:
+        return polygons.common_points(x, y)
     overlap = distance(x, y)
     middle = 0.5 * (overlap.on_a + overlap.on_b)
     point = where(np.asarray(np.isfinite(middle).all(axis=-1)), middle, np.zeros_like(middle))
@@ -39,6 +41,5 @@ def common_points(x: Proxy, y: Proxy) -> Array:
 
 def _projected(point: Array, solid: Proxy) -> Array:
     """The nearest point of a solid: a point inside stays."""
-    probe = FlatPoint(point) if solid.dimension == 2 else Point(point)
-    nearest = distance(probe, solid)
+    nearest = distance(Point(point), solid)
     return where(nearest.distance > 0, nearest.on_b, point)

@@ -8,6 +8,10 @@ from typing import Any
 import numpy as np
 
 from refimpl.atoms import groups, leaves
+from refimpl.flat.base import Flat
+from refimpl.flat.difference import outline_of
+from refimpl.flat.polygon import ConvexPolygon
+from refimpl.flat.shapes import Disc, FlatPoint, Rectangle, Segment
 from refimpl.linear import Array, apply, as_floats, cross, dot, rotation_matrix
 from refimpl.motions import Translation
 from refimpl.proxy import Proxy, UnsupportedOperation
@@ -67,7 +71,8 @@ def swept(shape: Proxy, translation: Translation) -> Proxy | SweptShape:
     Proxy or SweptShape
         Of a point a segment, as a `Capsule` of radius 0; of a sphere a `Capsule`; of a half-space a `HalfSpace`; of
         what moves along its own axes the same type; of other solids with flat faces the hull of both ends, and of
-        unions the union of what the parts sweep. Where that is no proxy, a support function. Ends are rounded.
+        unions the union of what the parts sweep. In the plane, of a point or disc a `Segment`, of what has sides a
+        `ConvexPolygon`. Where that is no proxy, a support function. Ends are rounded.
 
     Raises
     ------
@@ -78,8 +83,21 @@ def swept(shape: Proxy, translation: Translation) -> Proxy | SweptShape:
         raise UnsupportedOperation("a Ray sweeps a part of a plane, which is no proxy")
     batch = np.broadcast_shapes(shape.batch_shape, translation.batch_shape)
     body, way = shape.broadcast_to(batch), translation.broadcast_to(batch).vector
-    made = _as_proxy(body, way)
+    made = _as_flat(body, way) if isinstance(body, Flat) else _as_proxy(body, way)
     return SweptShape(shape, translation) if made is None else made
+
+
+def _as_flat(shape: Flat, way: Array) -> Proxy | None:
+    """Of a point or a disc a segment; of a polygon of which any corner moves, the hull of both ends."""
+    match shape:
+        case FlatPoint():
+            return Segment(shape.position, shape.position + way)
+        case Disc():
+            return Segment(shape.center, shape.center + way, shape.radius)
+        case Rectangle() | ConvexPolygon():
+            corners = outline_of(shape).corners
+            return ConvexPolygon.from_vertices(np.concatenate([corners, corners + way[..., None, :]], axis=-2))
+    return None
 
 
 def _as_proxy(shape: Proxy, way: Array) -> Proxy | None:

@@ -6,7 +6,8 @@ answers and of the proof. `svg` draws it in Python, and the script (`*.js`) in t
 are floats for the eye.
 """
 
+from reports.viewer.model import model_figure, model_picture
 from reports.viewer.page import figure, scene_data, script, static_svg, style
 from reports.viewer.svg import picture
 
-__all__ = ["figure", "picture", "scene_data", "script", "static_svg", "style"]
+__all__ = ["figure", "model_figure", "model_picture", "picture", "scene_data", "script", "static_svg", "style"]

@@ -11,10 +11,11 @@ class Figure {
     this.element = element;
     this.size = data.size;
     this.bodies = { a: new Body(data.a), b: new Body(data.b), ghost: new Body(data.ghost || []) };
+    this.names = data.names;
     this.marks = data.marks;
     this.said = data.said;
     this.camera = new Camera(data.view);
-    const drawn = new Set(['a', 'b', data.ghost ? 'proof' : 'a', ...data.marks.map((mark) => mark[0])]);
+    const drawn = new Set(['a', data.b.length || !data.names ? 'b' : 'a', data.ghost ? 'proof' : 'a', ...data.marks.map((mark) => mark[0])]);
     this.layers = ['a', 'b', ...LAYERS.slice().reverse()].filter((name) => drawn.has(name));
     this.shown = new Set(this.layers);
     this.canvas = document.createElement('canvas');
@@ -43,7 +44,7 @@ class Figure {
       return made;
     };
     for (const layer of this.layers) {
-      const made = button(layer === 'engine' ? engine : NAMES[layer], () => {
+      const made = button(layer === 'engine' ? engine : { ...NAMES, ...this.names }[layer], () => {
         if (!this.shown.delete(layer)) this.shown.add(layer);
         made.setAttribute('aria-pressed', this.shown.has(layer));
         this.redraw();
@@ -169,7 +170,7 @@ class Figure {
     each((name, body) => pen.edges(body, colors[name], false));
     if (this.shown.has('proof')) pen.edges(this.bodies.ghost, colors.proof, false);
     this.said.forEach(([layer, words], i) => pen.line(words, i, colors[layer]));
-    each((name, body) => pen.letter(name.toUpperCase(), body, colors[name]));
+    if (!this.names) each((name, body) => pen.letter(name.toUpperCase(), body, colors[name]));
     for (const layer of LAYERS.filter((name) => this.shown.has(name))) {
       for (const mark of this.marks) if (mark[0] === layer) pen.mark(mark);
     }

@@ -42,7 +42,11 @@ def _data(picture: Picture) -> dict[str, Any]:
         "b": [_body(part) for part in picture.b],
         "marks": [[m.layer, m.kind, [*_whole(m.at), *_whole(m.to)], m.label] for m in picture.marks],
     }
-    return found | ({"ghost": [_body(part) for part in picture.ghost]} if picture.ghost else {})
+    if picture.ghost:
+        found["ghost"] = [_body(part) for part in picture.ghost]
+    if picture.names is not None:
+        found["names"] = dict(zip("ab", picture.names, strict=True))
+    return found
 
 
 def _body(part: Solid) -> list[Any]:
@@ -70,7 +74,11 @@ def static_svg(bucket: Bucket) -> str:
 
 def figure(bucket: Bucket) -> Markup:
     """The whole figure: the still picture, which the script makes an interactive one, with its notes."""
-    picture = picture_of(bucket)
+    return embedded(picture_of(bucket))
+
+
+def embedded(picture: Picture) -> Markup:
+    """Any picture as a figure of a page that has `style` and `script`."""
     data = json.dumps(_data(picture), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     quoted = data.replace("&", "&amp;").replace("'", "&#39;").replace("<", "&lt;").replace(">", "&gt;")
     notes = f"<figcaption>{escape(' '.join(picture.notes))}</figcaption>" if picture.notes else ""

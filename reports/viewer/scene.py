@@ -44,6 +44,8 @@ class Picture:
         What a screen reader says.
     notes
         How the picture differs from the scene, in sentences.
+    names
+        What the two bodies are called; without names they are A and B, and have these letters.
     """
 
     a: list[Solid]
@@ -56,6 +58,7 @@ class Picture:
     label: str
     notes: list[str]
     engine: str
+    names: tuple[str, str] | None = None
 
 
 def picture_of(bucket: Bucket) -> Picture:

@@ -136,13 +136,21 @@ def is_finite(part: Solid) -> bool:
     return all(np.isfinite(value).all() for value in values)
 
 
-def solids(shape: Proxy, exponent: int) -> tuple[list[Solid], list[str]]:
-    """What a proxy is drawn as, with all lengths times 2^−exponent; and what of it is left out, in words."""
-    parts = [part for part in _solids(shape, exponent, MOST_TRIANGLES) if is_finite(part)]
+def solids(
+    shape: Proxy, exponent: int, *, triangles: int = MOST_TRIANGLES, most: int = MOST_PARTS
+) -> tuple[list[Solid], list[str]]:
+    """What a proxy is drawn as, with all lengths times 2^−exponent; and what of it is left out, in words.
+
+    Parameters
+    ----------
+    triangles, most
+        How many triangles and parts are drawn.
+    """
+    parts = [part for part in _solids(shape, exponent, triangles) if is_finite(part)]
     told = [part.told for part in parts if isinstance(part, Mesh) and part.told][:2]
-    if len(parts) <= MOST_PARTS:
+    if len(parts) <= most:
         return parts, told
-    return _largest(parts), [f"{MOST_PARTS} of {len(parts)} parts", *told]
+    return _largest(parts, most), [f"{most} of {len(parts)} parts", *told]
 
 
 def _solids(shape: Proxy, exponent: int, most: int) -> Iterator[Solid]:
@@ -226,8 +234,8 @@ def _placed(shape: Proxy, vertices: Array, exponent: int) -> Array:
     return np.asarray(apply(rotation_matrix(shape.rotation), scaled) + np.ldexp(position, -exponent))
 
 
-def _largest(parts: list[Solid]) -> list[Solid]:
+def _largest(parts: list[Solid], most: int) -> list[Solid]:
     """The largest of many parts, in their own order."""
     sizes = [float(np.ptp(part.corners(), axis=0).max()) if len(part.corners()) else np.inf for part in parts]
-    chosen = sorted(range(len(parts)), key=lambda i: (-sizes[i], i))[:MOST_PARTS]
+    chosen = sorted(range(len(parts)), key=lambda i: (-sizes[i], i))[:most]
     return [parts[i] for i in sorted(chosen)]

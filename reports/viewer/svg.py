@@ -52,7 +52,8 @@ def _inside(picture: Picture) -> str:
     bodies = [("b", part) for part in picture.b] + [("a", part) for part in picture.a]
     bodies.sort(key=lambda body: (not isinstance(body[1], Plane), brush.nearness(body[1])))
     drawn = [brush.body(name, part) for name, part in bodies]
-    drawn += [brush.letter(name.upper(), parts) for name, parts in (("a", picture.a), ("b", picture.b)) if parts]
+    if picture.names is None:
+        drawn += [brush.letter(name.upper(), parts) for name, parts in (("a", picture.a), ("b", picture.b)) if parts]
     drawn += [brush.body("proof wire", part) for part in picture.ghost]
     for layer in LAYERS:
         drawn += [brush.mark(mark) for mark in picture.marks if mark.layer == layer]
