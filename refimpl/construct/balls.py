@@ -69,7 +69,7 @@ def fast_sphere(points: ArrayLike) -> Sphere:
 
 
 def _moved_outwards(columns: Array, extreme: list[int]) -> Array:
-    """Centre of the ball of the extreme points, grown towards the farthest point until it contains all but for rounding."""
+    """Centre of the ball of the extreme points, grown towards the farthest until it contains all but for rounding."""
     few = columns[:, extreme]
     center, radius = few.mean(axis=1), 0.0
     for step in range(2, 64):  # towards the farthest, ever less far: Bădoiu and Clarkson 2003
