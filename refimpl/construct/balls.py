@@ -64,13 +64,12 @@ def fast_sphere(points: ArrayLike) -> Sphere:
     x, y, z = cloud.columns
     heights = (a * x + b * y + c * z for a, b, c in USUAL_DIRECTIONS[26].tolist())
     extreme = sorted({int(i) for h in heights for i in (np.argmin(h), np.argmax(h))})
-    center, reach = _moved_outwards(cloud.columns, extreme)
-    del reach
+    center = _moved_outwards(cloud.columns, extreme)
     return around(cloud, nearest([Fraction(v) for v in center.tolist()], cloud, "centre"))
 
 
-def _moved_outwards(columns: Array, extreme: list[int]) -> tuple[Array, float]:
-    """Ball of the extreme points, grown towards the farthest point until it contains all but for rounding."""
+def _moved_outwards(columns: Array, extreme: list[int]) -> Array:
+    """Centre of the ball of the extreme points, grown towards the farthest until it contains all but for rounding."""
     few = columns[:, extreme]
     center, radius = few.mean(axis=1), 0.0
     for step in range(2, 64):  # towards the farthest, ever less far: Bădoiu and Clarkson 2003
@@ -87,7 +86,7 @@ def _moved_outwards(columns: Array, extreme: list[int]) -> tuple[Array, float]:
         grown = (radius + distance[far]) / 2
         center = center + gap[:, far] * ((distance[far] - grown) / distance[far])
         radius = float(grown)
-    return center, radius
+    return np.asarray(center)
 
 
 def around(cloud: Cloud, center: Array) -> Sphere:
