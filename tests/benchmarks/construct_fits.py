@@ -40,8 +40,9 @@ MODELS = ("bunny.obj", "franka_panda/meshes/collision/link0.obj", "laikago/chass
 def by_k_means(mesh: Polyhedron, count: int) -> Composite:
     """The largest balls inside, about the means of clusters of points inside."""
     target = target_of(mesh.solid, 4096)
-    points = np.ldexp(target.within[0], target.exponent) + target.middle
-    centers, _ = kmeans2(points, count, minit="++", seed=0)
+    points, weight = target.within
+    even = np.searchsorted(np.cumsum(weight) / np.sum(weight), (np.arange(4096) + 0.5) / 4096)
+    centers, _ = kmeans2(np.ldexp(points[even], target.exponent) + target.middle, count, minit="++", seed=0)
     radii = inscribed_radii(mesh.solid, centers)
     return Composite([Sphere(c, r) for c, r in zip(centers, radii, strict=True) if r > 0])
 
