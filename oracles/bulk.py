@@ -34,14 +34,15 @@ from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, Polyhedron
 
 QUICK, SEARCHED = 16, 6
 """Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
-fewer: drawing and judging cost by the batch rather than by the scene. So an engine that errs every 1 000th call is
-asked often enough in its very first task, which finds it without a memory."""
+fewer: drawing and judging cost by the batch rather than by the scene."""
 MOST = 800
 """Scenes of a regime and pair in one task."""
 MOST_OF_MESHES = 200
 """The same of meshes: those of a regime share theirs and are a batch by themselves, so few cost as much as many."""
 FORMED = {KDOP, ConvexPolyhedron, Composite}
 """Types of which an engine makes another hull, or several objects, for each scene: that costs more than judging it."""
+POLYGONS, MOST_OF_POLYGONS = 2, 40
+"""Flat pairs with a polygon get twice as many, up to so many: there is no search, and half a millisecond is a scene."""
 STEPPED = 6
 """Impacts get so many times fewer scenes: engines make two bodies for each, which takes a millisecond."""
 SWEPT = 16
@@ -216,6 +217,8 @@ def scenes_each(pair: PairKey, each: int, *, moving: bool = False) -> int:
         return min(MOST, each * QUICK)
     if Polyhedron in pair and not FORMED & set(pair) and not moving:
         return min(MOST_OF_MESHES, each)
+    if is_flat(pair[0]) and not moving:
+        return min(MOST_OF_POLYGONS, POLYGONS * each)
     return max(1, each // SEARCHED)
 
 

@@ -25,6 +25,10 @@ from oracles.world import SPACE, is_flat
 FIRST_PASS, LARGEST_PASS = 1, 200
 """Scenes of each regime and pair in the first pass and in the largest: the first is to see every cell and regime once,
 and to leave time for all hunters."""
+FEW_PAIRS, FEWEST = 30, 4
+"""Of no more pairs than these the first pass is as large as the second: there is time for it, and an engine that errs
+every 1 000th call is asked so often in the first task of each pair with a closed form, which finds it without a
+memory."""
 HUNT_EVERY = 3
 """A hunt costs as much as several tasks of the bulk hunter, who finds most: it comes after so many of them."""
 
@@ -73,7 +77,8 @@ def later_passes(
 
 
 def _bulk(pairs: Sequence[PairKey], seed: int, number: int) -> Iterator[Task]:
-    each = min(FIRST_PASS * 4**number, LARGEST_PASS)
+    least = FEWEST if len(pairs) <= FEW_PAIRS else FIRST_PASS
+    each = min(max(FIRST_PASS * 4**number, least), LARGEST_PASS)
     for index in np.random.default_rng([seed, number]).permutation(len(pairs)):
         yield BulkTask(pairs[index], number, each)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from oracles.crowds.boxes import REGIMES
@@ -92,9 +93,23 @@ def witnesses(run: Run) -> Table:
             continue
         which = Entry(f"{text.visible(count.engine)} · {text.visible(count.regime)}")
         said = Entry("missing", state="wrong") if count.missing else Entry("beyond its limit", state="convention")
-        rows.append((which, said, Entry(_overlap(count.witness)), Entry("; ".join(_bodies(count.witness)))))
-    columns = (Column("engine · crowd"), Column("pair 0, 1"), Column("proven"), Column("bodies"))
+        script = Entry(script_path(count.engine, count.regime) if count.witness.script else "")
+        rows.append((which, said, Entry(_overlap(count.witness)), Entry("; ".join(_bodies(count.witness))), script))
+    titles = "engine · crowd", "pair 0, 1", "proven", "bodies", "script"
+    columns = tuple(Column(title) for title in titles)
     return Table("Missing pairs, each in the smallest crowd found", columns, tuple(rows))
+
+
+def scripts(run: Run) -> dict[str, str]:
+    """Scripts that show the missing pairs, by their paths in the report's folder."""
+    shown = [count for count in run.crowds if count.witness is not None and count.witness.script]
+    return {script_path(count.engine, count.regime): count.witness.script for count in shown if count.witness}
+
+
+def script_path(engine: str, regime: str) -> str:
+    """Where the script of an engine's missing pair in a regime stands; named by letters and numbers only."""
+    words = re.findall("[a-z0-9]+", f"{engine} {regime}".lower())
+    return f"repro/broad-phase-{'-'.join(words)[:80]}.py"
 
 
 def _overlap(witness: Witness) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from oracles.outcome import Run
-from reports import html, issues, junit, markdown, sarif, viewer
+from reports import broad_phase, html, issues, junit, markdown, sarif, viewer
 from reports.accuracy_data import as_csv
 from reports.findings import bucket_views
 from reports.summary import SCHEMA, report_json, schema
@@ -75,6 +75,7 @@ def contents(run: Run) -> Iterator[tuple[str, str]]:
             yield view.file, view.repro
         yield view.issue, issue
         yield view.picture, viewer.picture(bucket)
+    yield from broad_phase.scripts(run).items()
     yield "report.json", report_json(run)
     yield "accuracy.csv", as_csv(run)
     yield SCHEMA, schema()
@@ -125,8 +126,11 @@ def _remove_old(folder: Path) -> None:
     try:
         old = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         listed = [Path(bucket["repro"]).stem for bucket in old["buckets"]]
+        crowds = [broad_phase.script_path(str(c["engine"]), str(c["regime"])) for c in old.get("crowds", [])]
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return
+    for path in crowds:
+        (folder / path).unlink(missing_ok=True)
     for stem in listed:
         for name, ending in BELOW.items():
             if OWN.fullmatch(f"{stem}."):

@@ -21,7 +21,7 @@ COLUMNS: tuple[tuple[str, str], ...] = (
     ("asked", "asked"),
     ("right", "right"),
     ("undecided", "undecided"),
-    ("by a known fault", "known"),
+    ("known", "known"),
     ("wrong", "wrong"),
     ("lost", "lost"),
 )
@@ -61,7 +61,7 @@ def failures(run: Run) -> list[str]:
 def _section(run: Run, name: str) -> Section:
     survey, counts = load_survey(name), [count for count in run.surveys if count.survey == name]
     found = _witnesses(counts)
-    tables = (_matrix(counts), _counted(counts), *([found] if found.rows else []))
+    tables = (_matrix(counts), *([found] if found.rows else []), _counted(counts), _explained(counts))
     return Section(name, survey.title, survey.about, tables)
 
 
@@ -71,7 +71,9 @@ def _matrix(counts: Sequence[SurveyCount]) -> Table:
     engines = list(dict.fromkeys(count.engine for count in counts))
     found = {(count.question, count.regime, count.engine): count for count in counts}
     rows = []
-    for question, regime in dict.fromkeys((c.question, c.regime) for c in counts if not c.absent):
+    asked = dict.fromkeys((c.question, c.regime) for c in counts if not c.absent)
+    order = list(survey.questions)
+    for question, regime in sorted(asked, key=lambda pair: order.index(pair[0]) if pair[0] in order else len(order)):
         states = (_state(found.get((question, regime, engine))) for engine in engines)
         first = Entry(text.visible(question), title=survey.questions.get(question, ""))
         rows.append((first, Entry(text.visible(regime), title=survey.regimes.get(regime, "")), *states))
@@ -98,24 +100,26 @@ def _state(count: SurveyCount | None) -> Entry:
 
 def _counted(counts: Sequence[SurveyCount]) -> Table:
     """Everything that was counted: a row for each engine and question."""
-    survey = load_survey(counts[0].survey)
     rows = []
-    for engine, question in dict.fromkeys((count.engine, count.question) for count in counts):
+    for engine, question in dict.fromkeys((count.engine, count.question) for count in counts if not count.absent):
         mine = [count for count in counts if (count.engine, count.question) == (engine, question)]
         sums = [(name, sum(getattr(count, name) for count in mine)) for _, name in COLUMNS]
         entries = [Entry(text.count(n), state="wrong" if n and name in ("wrong", "lost") else "") for name, n in sums]
-        worst, tolerance = (max(getattr(count, name) for count in mine) for name in ("worst", "tolerance"))
-        words = mine[0].absent or f"{survey.questions.get(question, '')}. {mine[0].calls}: {mine[0].promise}"
-        amounts = Entry(text.short(worst)), Entry(text.short(tolerance))
-        which = " · ".join(filter(None, (text.visible(engine), text.visible(question))))
-        rows.append((Entry(which), *entries, *amounts, Entry(text.visible(words, 1000))))
-    numbers = (*(title for title, _ in COLUMNS), "worst amount", "largest tolerance")
-    columns = (
-        Column("engine · question"),
-        *(Column(title, True) for title in numbers),
-        Column("asked by, held to"),
-    )
-    return Table(f"{survey.title}: everything that was counted", columns, tuple(rows))
+        amounts = [Entry(text.short(max(getattr(count, name) for count in mine))) for name in ("worst", "tolerance")]
+        rows.append((Entry(f"{text.visible(engine)} · {text.visible(question)}"), *entries, *amounts))
+    numbers = (*(title for title, _ in COLUMNS), "off by at most", "allowed at most")
+    columns = (Column("engine · question"), *(Column(title, True) for title in numbers))
+    return Table(f"{load_survey(counts[0].survey).title}: everything that was counted", columns, tuple(rows))
+
+
+def _explained(counts: Sequence[SurveyCount]) -> Table:
+    """What the questions are, and by what each engine is asked and what it is held to."""
+    survey = load_survey(counts[0].survey)
+    words = list(survey.questions.items())
+    words += {count.engine: count.absent or f"{count.calls}: {count.promise}" for count in counts}.items()
+    rows = tuple((Entry(text.visible(name)), Entry(text.visible(said, 1000))) for name, said in words)
+    columns = (Column("question, engine"), Column("what is asked, and by what, and what is promised"))
+    return Table(f"{survey.title}: what is asked, and what engines are held to", columns, rows)
 
 
 def _witnesses(counts: Sequence[SurveyCount]) -> Table:

@@ -110,3 +110,11 @@ class Fragile(Right):
             case 123456.789:
                 return object()
         return super().answer(case)
+
+
+class Slow(Right):
+    """Right, after a while in which it waits for the processor."""
+
+    def answer(self, case: Case) -> Any:
+        time.sleep(0.4)
+        return super().answer(case)

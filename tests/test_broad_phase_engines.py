@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import subprocess
+import sys
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -21,6 +23,7 @@ from oracles.crowds.asking import Answer, ask
 from oracles.crowds.boxes import REGIMES, BoxCrowd, Pair, crowds
 from oracles.crowds.engine import BroadPhaseEngine
 from oracles.crowds.judging import CrowdCount, judged
+from oracles.crowds.repro import crowd_script
 from oracles.engines import load_engine
 from oracles.filing import Filing
 from oracles.ledger import Ledger
@@ -307,6 +310,26 @@ def test_what_a_task_finds_is_in_the_run(tmp_path: Path, monkeypatch: pytest.Mon
     assert task.do(SimpleNamespace(bench=lambda name: bench)).crowds == []
 
 
+def two_balls(radius: float) -> BoxCrowd:
+    """Two balls that overlap by a radius, of which the engine has both from other places."""
+    center, half = np.array([[0.0, 0, 0], [radius, 0, 0]]), np.full((2, 3), radius)
+    before = center + np.array([[0.0, 10 * radius, 0], [0, -10 * radius, 0]])
+    return BoxCrowd("own", np.ones(2, dtype=bool), center, half, before)
+
+
+@pytest.mark.parametrize(
+    ("name", "radius", "missing"), [("fcl", 1.0, False), ("bullet", 1.0, False), ("bullet", 1e6, True)]
+)
+def test_a_script_asks_the_engine_alone(name: str, radius: float, missing: bool) -> None:
+    solver = load_engine(name).broad_phase()
+    assert solver is not None
+    script = crowd_script(solver, name, two_balls(radius), (0, 1))
+    ran = subprocess.run([sys.executable, "-I", "-c", script], capture_output=True, text=True, check=False)
+    assert ran.returncode == int(missing), ran.stderr
+    assert ("named: []" in ran.stdout) == missing
+    assert f"overlap by {radius!r} along" in ran.stdout
+
+
 # -- the report --------------------------------------------------------------------------------------------------
 
 
@@ -334,6 +357,21 @@ def test_reports_show_matrix_counts_and_witness(run: Run) -> None:
         assert "moved there from" in page
     assert broad_phase.shown(bare_run()) == ()
     assert 'id="broad-phase"' not in html.render(bare_run())
+
+
+def test_scripts_of_missing_pairs_stand_in_the_folder(made: list[BoxCrowd]) -> None:
+    class Told(NotUpdated):
+        script: ClassVar[str] = "import math\n\ndef pairs(bodies):\n    return []\n"
+
+    found = bare_run()
+    some = [crowd for crowd in made if crowd.regime == "thrown, moved"]
+    found.crowds = [*verdicts(Told(), some).values()]
+    ((path, script),) = broad_phase.scripts(found).items()
+    assert path == "repro/broad-phase-planted-thrown-moved.py"
+    assert path in markdown.render(found)
+    with pytest.raises(SystemExit) as ended:
+        exec(compile(script, path, "exec"), {})
+    assert ended.value.code == 1
 
 
 def test_a_missing_pair_makes_the_run_fail(run: Run) -> None:

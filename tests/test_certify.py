@@ -342,7 +342,8 @@ def test_the_search_and_the_reference_meet_in_few_places() -> None:
     is believed that is not checked, so a wrong answer costs width, never truth. The exact searches and the checker
     know nothing of it.
     """
-    own = ("refimpl.proof", "refimpl.shapes", "refimpl.linear")
+    flat = tuple(f"refimpl.flat.{name}" for name in ("base", "shapes", "polygon", "corners"))  # no algorithm of a pair
+    own = ("refimpl.proof", "refimpl.shapes", "refimpl.linear", *flat)
     moving = {"refimpl.queries", "refimpl.motions", "refimpl.atoms", "refimpl.pairs", "refimpl.sweeps"}
     asking = {"convex.py": {"refimpl.queries"}}
     asking |= dict.fromkeys(("sweep_search.py", "sweep_unions.py", "rigid_search.py"), moving)

@@ -326,3 +326,13 @@ def test_random_spans_that_pass_are_free():
         t = np.linspace(start, stop, 40)
         assert np.all(distance(*(m.placed(s, t) for s, m in zip((a, b), motions, strict=True))).distance > 0)
     assert 4 < accepted < total - 4
+
+
+def test_unions_that_both_turn_are_enclosed_as_narrowly_as_others():
+    """The planes between a box and the parts of a union hold for the shorter, the nearer these are to each other."""
+    place = [0.3, 1.7, 0.2]
+    union = Composite([Box([0, 0, 0], [1, 0.5, 0.75], STILL), Sphere([1.2, 0, 0], 0.5)])
+    thrown = RigidMotion([0, -0.5, 0], [1.5, -1, 1.5], place)
+    turning = RigidMotion([0, 0, 0], [-1.2, 0.7, -0.7], [0, 0, 0])
+    found = certify_sweep(Box(place, [0.2, 0.3, 0.4], STILL), union, thrown, turning)
+    assert 0 < found.lower < found.upper < found.lower + NARROW

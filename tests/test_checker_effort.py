@@ -31,7 +31,7 @@ from refimpl.proof import (
 from refimpl.shapes import Box, ConvexPolyhedron, Cylinder, Ellipsoid, Polyhedron, Proxy, Ray, Sphere
 from tests import solids
 from tests.benchmarks.proofs import SCENES, trusted_lines
-from tests.test_checker import OF_IMPACTS, OF_SETS, OF_SWEEPS
+from tests.test_checker import OF_IMPACTS, OF_PLANE, OF_SETS, OF_SWEEPS
 
 SOON = 4.0
 """Seconds of this process: four times of what is meant by soon, for a slow machine."""
@@ -170,5 +170,6 @@ def test_work_is_counted_for_each_check_alone() -> None:
 def test_what_has_to_be_believed_stays_small() -> None:
     """All lines of the trusted files, docstrings and blank lines among them."""
     assert trusted_lines(OF_SETS) <= 1225
+    assert trusted_lines(OF_PLANE) <= 120
     assert trusted_lines(OF_IMPACTS) <= 400
     assert trusted_lines(OF_SWEEPS) <= 1000

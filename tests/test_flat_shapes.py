@@ -139,7 +139,7 @@ VERTICES = st.lists(
 
 
 @given(VERTICES)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_corners_of_vertices_are_those_of_their_hull(vertices: list[tuple[float, float]]) -> None:
     shape = ConvexPolygon.from_vertices(np.array(vertices, dtype=np.float64))
     points = [(Fraction(float(x)), Fraction(float(y))) for x, y in vertices]
@@ -155,7 +155,7 @@ def test_a_wrong_outline_is_seen() -> None:
 
 
 @given(st.lists(st.tuples(st.integers(-3, 3), st.integers(-3, 3), st.integers(-4, 4)), min_size=3, max_size=7))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_corners_of_lines_are_where_two_of_them_meet(lines: list[tuple[int, int, int]]) -> None:
     lines = [line for line in lines if any(line[:2])] or [(1, 0, 0)]
     far = Fraction(10**6)  # what it cuts off was unbounded; of what is empty it leaves nothing

@@ -145,7 +145,7 @@ def test_what_is_supported() -> None:
         fcl.solver(IMPACT, Sphere, Sphere)
     with pytest.raises(UnsupportedCell, match="impacts are staged for Sphere–Sphere"):
         ENGINES["bullet"].solver(IMPACT, Box, Box)
-    assert set(available_engines()) == {"fcl", "pymunk", *NAMES}
+    assert set(available_engines()) == {"fcl", "pymunk", "bullet-ccd", "bullet-stepping", *NAMES}
     assert set(QUERIES) == {cell.query for cell in cells()}
 
 

@@ -73,19 +73,29 @@ class CornerLost(Reference):
 
 
 def test_the_reference_is_right_and_what_lacks_a_bit_is_not():
-    questions = ("sphere-contains", "box-contains", "cylinder-contains", "sphere-size", "hull", "centre")
-    for count in counted(BEST, *questions).values():
+    questions = ("sphere-contains", "box-contains", "sphere-size", "hull", "centre")
+    for count in counted(BEST, *questions, regimes=("random", "doubled", "one point")).values():
         assert count.right == count.asked > 0, (count.question, count.regime)
-    for count in counted(Lowered(), "sphere-contains", "box-contains", "cylinder-contains").values():
+    for count in counted(Lowered(), "sphere-contains", "box-contains").values():
         assert count.wrong == count.asked, (count.question, count.regime)
         assert count.worst < 1e-10
 
 
 def test_what_is_larger_than_it_could_be_is_caught():
-    for count in counted(Padded(), "sphere-size", "box-size", "cylinder-size").values():
+    for count in counted(Padded(), "sphere-size", "box-size", regimes=("cuboid",)).values():
         assert count.wrong == count.asked
-        expected = {"sphere-size": 1.001, "box-size": 1.001**3, "cylinder-size": 1.001**2}[count.question] - 1
+        expected = {"sphere-size": 1.001, "box-size": 1.001**3}[count.question] - 1
         assert count.worst == pytest.approx(expected, rel=1e-6)
+
+
+def test_cylinders_that_lack_a_bit_or_are_padded():
+    """Asked once each, without looking for smaller cases: a search of an axis takes time."""
+    inside, small = (Case(f"cylinder-{aspect}", "cuboid", {"points": CUBE}) for aspect in ("contains", "size"))
+    right = BEST.answer(inside)
+    assert SURVEY.judge(inside, right).amount == 0
+    assert 0 < SURVEY.judge(inside, {**right, "radius": right["radius"] * (1 - 1e-12)}).amount < 1e-10
+    padded = {**right, "radius": right["radius"] * 1.001}
+    assert SURVEY.judge(small, padded).amount == pytest.approx(1.001**2 - 1, rel=1e-6)
 
 
 def test_a_corner_that_is_lost_is_caught():

@@ -14,6 +14,7 @@ from oracles import plan, surveys
 from oracles.bench import Setup, Workshop
 from oracles.buckets import Buckets
 from oracles.filing import Filing
+from oracles.isolation import children
 from oracles.isolation.children import Said, ask_apart
 from oracles.ledger import Ledger
 from oracles.outcome import Run
@@ -89,12 +90,12 @@ def test_an_answer_that_is_no_number_is_no_right_answer() -> None:
 def test_a_crash_a_hang_and_nonsense_are_lost_and_nothing_else_is() -> None:
     cases = Roots().cases(0)[: len(surveyed.NUMBERS)]
     said = ask_apart(
-        "oracles.surveys.survey:answerer", "tests.surveyed:Fragile", [case.to_json() for case in cases], 1.5
+        "oracles.surveys.survey:answerer", "tests.surveyed:Fragile math", [case.to_json() for case in cases], 0.3
     )
     lost = dict(zip(surveyed.NUMBERS, said, strict=True))
     assert (lost[0.0].answer, lost[2.0].answer) == (0.0, math.sqrt(2))
     assert "SIGSEGV" in lost[1.0].lost
-    assert lost[4.0].lost == "no answer within 1.5 s"
+    assert lost[4.0].lost == "no answer within 0.3 s"
     assert lost[10.0].lost == "RuntimeError: no roots of ten"
     assert (lost[1e9].answer, lost[1e9].lost) == ("a potato", "")  # it is for the judge to say that it is none
     assert "not JSON serializable" in lost[123456.789].lost
@@ -108,10 +109,32 @@ def test_an_adapter_that_does_not_load_loses_all_and_ends() -> None:
     assert [count.absent for count in SurveyTask("roots", "absent").do(Workshop(Setup(()))).surveys] == [
         "needs the module no_such_module_at_all, which is not installed: pip install nothing"
     ]
-    said = ask_apart("oracles.surveys.survey:answerer", "tests.surveyed:NoSuchClass", [{}] * 3, 0.5)
+    said = ask_apart("oracles.surveys.survey:answerer", "tests.surveyed:NoSuchClass math", [{}] * 3, 0.5)
     assert ["NoSuchClass" in one.lost for one in said] == [True] * 3
     gone = ask_apart("oracles.isolation.no_such_module:answerer", "", [{}] * 9, 0.5)
-    assert [bool(one.lost) for one in gone] == [True] * 9
+    assert ["no_such_module" in one.lost for one in gone] == [True] * 9
+
+
+def test_many_hangs_do_not_hold_up_a_run_and_crashes_lose_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(children, "MOST_LOST", 1)
+
+    def asked(*numbers: float) -> list[Said]:
+        cases = [Case("root", "", {"number": number}).to_json() for number in numbers]
+        return ask_apart("oracles.surveys.survey:answerer", "tests.surveyed:Fragile math", cases, 0.1)
+
+    hung = asked(2.0, 4.0, 2.0)
+    assert [bool(one.lost) for one in hung] == [False, True, True]
+    assert hung[2].lost == "not asked any more: no answer within 0.1 s"
+    crashed = asked(1.0, 1.0, 2.0, 1.0)
+    assert ["SIGSEGV" in one.lost for one in crashed] == [True, True, False, True]
+
+
+def test_a_busy_machine_is_no_hang(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(children, "main_thread_time", lambda number: 0.0)  # it got no processor
+    number = {"number": 3.0}
+    case = Case("root", "", number).to_json()
+    said = ask_apart("oracles.surveys.survey:answerer", "tests.surveyed:Slow math", [case, case], 0.2)
+    assert [one.answer for one in said] == [math.sqrt(3.0)] * 2
 
 
 def test_the_plan_asks_surveys_with_shipped_engines_and_all_pairs_only() -> None:

@@ -114,7 +114,9 @@ def ray_ball(a: Row, b: Row) -> Answer:
     if nearest > radius or middle < 0:
         return {"hit": 0.0, "t": math.inf}
     t = middle - math.sqrt((radius - nearest) * (radius + nearest) / square)
-    return {"hit": 1.0, "t": t, "normal": [(w + t * d) / radius for w, d in zip(away, direction, strict=True)]}
+    outward = [w + t * d for w, d in zip(away, direction, strict=True)]
+    length = math.hypot(*outward)  # of a tiny ball far from the start, not quite its radius
+    return {"hit": 1.0, "t": t, "normal": [x / length for x in outward]}
 
 
 def of_query(query: str, answer: Answer) -> Answer:

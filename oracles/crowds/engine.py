@@ -26,6 +26,8 @@ class BroadPhaseEngine:
         Whether it promises pairs whose boxes only touch, where no side of a box has to be rounded.
     finds_nearest : bool
         Whether it is asked for the nearest pair, too.
+    script : str
+        Python text, imports and then a function `pairs(bodies)`, that asks the engine alone (`oracles.crowds.repro`).
     limit : str
         Sentence on the bodies about which it promises nothing, if there are any.
     """
@@ -36,6 +38,7 @@ class BroadPhaseEngine:
     closed: ClassVar[bool] = False
     finds_nearest: ClassVar[bool] = False
     limit: ClassVar[str] = ""
+    script: ClassVar[str] = ""
 
     def pairs(self, crowd: BoxCrowd) -> Iterable[Pair]:
         """Pairs of bodies that the engine says may touch, in any order, each once or more."""

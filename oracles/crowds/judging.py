@@ -11,6 +11,7 @@ import numpy as np
 from oracles.crowds.asking import Answer, ask
 from oracles.crowds.boxes import BoxCrowd, Ids, Pair
 from oracles.crowds.engine import BroadPhaseEngine
+from oracles.crowds.repro import crowd_script
 from refimpl.linear import Array, Bools
 from refimpl.proof import Certificate, certify
 
@@ -33,12 +34,15 @@ class Witness:
         Proven: their bounding boxes overlap by this much, and more than may be rounded.
     certificate : Certificate
         Of the signed distance of the two bounding boxes.
+    script : str
+        Python text that asks the engine alone, and shows that the pair is missing; empty where there is none.
     """
 
     crowd: BoxCrowd
     pair: Pair
     depth: float
     certificate: Certificate
+    script: str = ""
 
 
 @dataclass
@@ -261,7 +265,10 @@ def judged(
         before = count.missing
         missing = weigh(count, solver, crowd, answer)
         if missing and (count.witness is None or count.missing > before == 0):
-            count.witness = witness_of(asker, crowd, missing[0], closed=solver.closed)
+            found = witness_of(asker, crowd, missing[0], closed=solver.closed)
+            if found is not None:
+                text = crowd_script(solver, engine, found.crowd, found.pair)
+                count.witness = replace(found, script=text)
     return list(counts.values())
 
 

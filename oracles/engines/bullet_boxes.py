@@ -21,10 +21,34 @@ LARGEST = 1e6
 """Diagonal of a box from which on Bullet does not follow a body that moves."""
 
 
+SCRIPT = """import pybullet
+
+
+def pairs(bodies):
+    pybullet.connect(pybullet.DIRECT)
+    made = []
+    for ball, _, half, before in bodies:
+        sizes = {"radius": half[0]} if ball else {"halfExtents": half}
+        shape = pybullet.createCollisionShape(pybullet.GEOM_SPHERE if ball else pybullet.GEOM_BOX, **sizes)
+        made.append(pybullet.createMultiBody(1.0, shape, -1, before))
+    if any(center != before for _, center, _, before in bodies):
+        for one, body in zip(made, bodies):
+            pybullet.resetBasePositionAndOrientation(one, body[1], [0.0, 0.0, 0.0, 1.0])
+        pybullet.performCollisionDetection()
+    found = []
+    for one in made:
+        for other, _ in pybullet.getOverlappingObjects(*pybullet.getAABB(one)) or ():
+            if other != one:
+                found.append((made.index(one), made.index(other)))
+    return found
+"""
+
+
 class BulletCrowds(BroadPhaseEngine):
     """One world for each crowd."""
 
     calls: ClassVar[str] = "getOverlappingObjects(*getAABB(body)) for every body"
+    script: ClassVar[str] = SCRIPT
     margin: ClassVar[float] = 0.02
     margin_why: ClassVar[str] = "the contact breaking threshold, by which a box is larger once its body has been moved"
     limit: ClassVar[str] = (

@@ -12,6 +12,33 @@ from oracles.crowds.boxes import BoxCrowd, Pair
 from oracles.crowds.engine import BroadPhaseEngine
 from oracles.engine import EngineUnavailable, NoAnswer
 
+SCRIPT = """import fcl
+import numpy as np
+
+
+def pairs(bodies):
+    objects = []
+    for ball, _, half, before in bodies:
+        shape = fcl.Sphere(half[0]) if ball else fcl.Box(*(2 * h for h in half))
+        objects.append(fcl.CollisionObject(shape, fcl.Transform(np.array(before))))
+    manager = fcl.DynamicAABBTreeCollisionManager()
+    manager.registerObjects(objects)
+    manager.setup()
+    if any(center != before for _, center, _, before in bodies):
+        for one, body in zip(objects, bodies):
+            one.setTranslation(np.array(body[1]))
+        manager.update()
+    number = {tuple(body[1]): n for n, body in enumerate(bodies)}  # the callback tells of copies
+    found = []
+
+    def note(a, b, _):
+        found.append(tuple(number[tuple(one.getTranslation().tolist())] for one in (a, b)))
+        return False  # go on
+
+    manager.collide(None, note)
+    return found
+"""
+
 
 class FclCrowds(BroadPhaseEngine):
     """Register all bodies, move those that move, update; then collide, or look for the nearest pair."""
@@ -19,6 +46,7 @@ class FclCrowds(BroadPhaseEngine):
     calls: ClassVar[str] = (
         "DynamicAABBTreeCollisionManager.registerObjects, setup, update, collide(callback), distance(callback)"
     )
+    script: ClassVar[str] = SCRIPT
     closed: ClassVar[bool] = True
     finds_nearest: ClassVar[bool] = True
 

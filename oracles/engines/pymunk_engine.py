@@ -1,11 +1,13 @@
-"""Chipmunk, the engine of flat games, by way of Pymunk. Facts below were measured on Pymunk 7.3.1 (Chipmunk 2.0.1).
+"""Chipmunk, the engine of flat games, by way of Pymunk. Facts below were measured on Pymunk 7.3.1.
 
-All is in doubles. In general position, and from 1e-100 to 1e100 of the size, contacts and distances are right to a few
-roundings, for polygons of up to 300 corners as well; what goes wrong does so where things line up or vanish.
+Its library is Munk2D 2.0.1, a fork of Chipmunk. All is in doubles. In general position, and from 1e-100 to 1e100 of the
+size, contacts and distances are right to a few roundings, for polygons of up to 300 corners as well; what goes wrong
+does so where things line up or vanish.
 
 `Shape.shapes_collide` is asked for contacts: one point of a round shape, two of edges, each with the depth between its
 two places; the deepest counts. It tells that there is no contact by failing an assertion, and so cannot be asked under
-``python -O``. Two circles that touch are no contact, two polygons are.
+``python -O``. Two circles that touch are no contact, two polygons are. Of shapes in another order than circle, segment,
+polygon the sign of the depth is wrong: the pair table's order is Chipmunk's own.
 
 `Shape.point_query` is asked for distances: Chipmunk measures those of points alone. That of a Disc is the one of its
 centre, less the radius, which is exact for convex shapes; there is none of two polygons. The gradient points away from

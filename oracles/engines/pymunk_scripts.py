@@ -33,7 +33,8 @@ TELL = """if found is not None:
 MEASURE = """
 found = b.point_query({centre!r})
 print("distance =", repr(found.distance - {radius!r}))
-print("on_b =", [*found.point, 0.0])
+if found.point.x == found.point.x:  # it is (nan, nan) on the outline of a polygon
+    print("on_b =", [*found.point, 0.0])
 x, y = found.gradient
 print("normal =", [0.0 - x, 0.0 - y, 0.0])  # to b, where the gradient points away from it
 """

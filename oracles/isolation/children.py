@@ -13,21 +13,26 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, BinaryIO
 
 from oracles.isolation.child import LONGEST
 from oracles.isolation.guarded import THREADS
 from oracles.isolation.hands import how_it_ended
+from oracles.isolation.lookout import PATIENCE
+from oracles.isolation.processes import main_thread_time
 
 BOOT = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from oracles.isolation.child import serve; serve()"
 STARTING = 20.0
-"""Seconds that a child has to start and to import its engine."""
+"""Seconds of processor that a child has to start and to import its engine."""
 LARGEST = 1 << 26
 """Bytes of answers that are read of one child."""
 MOST_LOST = 3
-"""Children that may be lost one after the other, none with an answer, before the rest is given up."""
+"""Children that may be lost by time, or before they were ready, until the rest is given up."""
+READY = b"ready\n"
 NO_ANSWER = "the engine's process printed something that is no answer"
+NO_TIME = "no answer within"
 
 
 @dataclass(frozen=True)
@@ -48,20 +53,25 @@ def ask_apart(maker: str, spec: str, questions: Sequence[Any], each: float) -> l
     questions
         Plain data.
     each
-        Seconds for each question; a child that says nothing for so long is ended.
+        Seconds of processor for each question; a child that says nothing for so long is ended, and so is one that
+        waits for several times as long.
     """
     found: list[Said] = []
-    idle = 0
+    given_up = 0
     while len(found) < len(questions):
-        answers, why = _one_child(maker, spec, questions[len(found) :], each)
+        answers, why, hopeless = _one_child(maker, spec, questions[len(found) :], each)
         found += answers
-        idle = 0 if answers else idle + 1
-        found += [Said(lost=why)] * (bool(why) if idle < MOST_LOST else len(questions) - len(found))
+        given_up += hopeless
+        left = len(questions) - len(found)
+        if left:
+            found.append(Said(lost=why))
+        if given_up >= MOST_LOST:
+            found += [Said(lost=f"not asked any more: {why}")] * (left - 1)
     return found
 
 
-def _one_child(maker: str, spec: str, questions: Sequence[Any], each: float) -> tuple[list[Said], str]:
-    """Answers of one child, and how it was lost before it had answered everything."""
+def _one_child(maker: str, spec: str, questions: Sequence[Any], each: float) -> tuple[list[Said], str, bool]:
+    """Answers of one child, how it ended, and whether that was by time or before it was ready."""
     command = [sys.executable, "-c", BOOT, json.dumps(sys.path), maker, spec]
     with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as asked:
         asked.writelines(json.dumps(question).encode() + b"\n" for question in questions)
@@ -80,24 +90,24 @@ def _one_child(maker: str, spec: str, questions: Sequence[Any], each: float) -> 
             finally:
                 child.kill()
         said.seek(0)
-        answers = list(_read(said.read(LARGEST)))[: len(questions)]
-    return answers, why if len(answers) < len(questions) else ""
+        content = said.read(LARGEST)
+    late = why.startswith(NO_TIME)
+    return list(_read(content))[: len(questions)], why, late or not content.startswith(READY)
 
 
 def _watched(child: subprocess.Popen[bytes], said: BinaryIO, each: float) -> str:
     """Wait for a child for as long as it goes on answering; give in words how it ended."""
-    size, limit, since = 0, STARTING, time.monotonic()
+    size, limit, since, used = 0, STARTING, time.monotonic(), 0.0
     while True:
-        try:
+        with suppress(subprocess.TimeoutExpired):
             return how_it_ended("the engine's process", child.wait(timeout=0.1))
-        except subprocess.TimeoutExpired:
-            now, before = os.fstat(said.fileno()).st_size, size
-            if now > LARGEST:
-                return f"answers of more than {LARGEST >> 20} MiB"
-            if now > before:
-                size, limit, since = now, each, time.monotonic()
-            elif time.monotonic() - since > limit:
-                return f"no answer within {limit:g} s"
+        now, spent = os.fstat(said.fileno()).st_size, main_thread_time(child.pid)
+        if now > LARGEST:
+            return f"answers of more than {LARGEST >> 20} MiB"
+        if now > size:
+            size, limit, since, used = now, each, time.monotonic(), spent
+        elif spent - used > limit or time.monotonic() - since > PATIENCE * limit:
+            return f"{NO_TIME} {limit:g} s"
 
 
 def _read(content: bytes) -> Iterator[Said]:

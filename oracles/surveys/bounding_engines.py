@@ -79,7 +79,9 @@ class Trimesh(SurveyEngine):
         if extent(points) < MERGED:
             return "vertices nearer to each other than trimesh.tol.merge, 1e-8, are one vertex to it"
         if dimension(points) < 3:
-            return "the hull of flat points is not computed: qhull raises, and with it all bounding primitives"
+            return (
+                "flat points have no hull of volume, where its primitives start from: qhull raises, or moves the points"
+            )
         return KNOWN.get(case.question, "")
 
     def answer(self, case: Case) -> Any:

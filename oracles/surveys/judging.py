@@ -9,14 +9,12 @@ from dataclasses import dataclass, field
 from itertools import islice
 
 from oracles.isolation.child import LONGEST
-from oracles.isolation.children import NO_ANSWER, Said, ask_apart
+from oracles.isolation.children import NO_ANSWER, NO_TIME, Said, ask_apart
 from oracles.surveys import load_survey
 from oracles.surveys.survey import REFERENCE, Case, Judgement, Survey, SurveyEngine
 
 MOST_ROUNDS, MOST_TRIES = 12, 64
 """Of asking whether simpler cases show the same, and cases of one round."""
-NO_TIME = "no answer within"
-"""Begins the reason of a hang: looking for a simpler one would take long."""
 DAMAGE = (ValueError, TypeError, LookupError, AttributeError, OverflowError)
 
 Asker = Callable[[Sequence[Case]], list[Said]]
@@ -135,7 +133,7 @@ def shown(survey: Survey, engine: SurveyEngine, case: Case, said: Said) -> Shown
 def smallest(survey: Survey, engine: SurveyEngine, asker: Asker, first: Shown) -> Shown:
     """Find a simpler case of the same kind, as long as the engine, asked anew each time, goes on failing."""
     best = first
-    if first.said.lost.startswith(NO_TIME):
+    if first.said.lost.startswith(NO_TIME):  # looking for simpler ones would take long
         return best
     for _ in range(MOST_ROUNDS):
         tries = list(islice(survey.simpler(best.case), MOST_TRIES))
@@ -181,6 +179,6 @@ def question(name: str, engine: str, seed: int) -> list[SurveyCount]:
 
     def asker(cases: Sequence[Case]) -> list[Said]:
         data = [case.to_json() for case in cases]
-        return ask_apart("oracles.surveys.survey:answerer", library.address, data, survey.each) if data else []
+        return ask_apart("oracles.surveys.survey:answerer", library.spec, data, survey.each) if data else []
 
     return judged(survey, engine, library.load(), survey.cases(seed), asker)

@@ -202,7 +202,7 @@ class Sprites(Survey):
         """Compare with the exact truth."""
         both = common(pair_of(case.data))
         area = int(np.count_nonzero(both))
-        words = f"{area} pixels are solid in both"
+        words = f"pixels that are solid in both: {area}"
         if case.question == "area":
             if isinstance(answer, bool) or not isinstance(answer, int):
                 raise TypeError(f"expected a whole number, got {str(answer)[:50]!r}")
@@ -212,7 +212,7 @@ class Sprites(Survey):
         x, y = (int(number) for number in answer)
         inside = 0 <= x < both.shape[1] and 0 <= y < both.shape[0]
         right = inside and bool(both[y, x])
-        return Judgement(float(not right), f"{words}, and {(x, y)} is {'one' if right else 'none'} of them")
+        return Judgement(float(not right), f"{words}; {(x, y)} is {'one' if right else 'none'} of them")
 
     def check(self, case: Case) -> None:
         """Refuse anything but two masks and an offset."""

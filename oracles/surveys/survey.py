@@ -107,6 +107,11 @@ class Library(NamedTuple):
     package: str
     """What installs that."""
 
+    @property
+    def spec(self) -> str:
+        """What a child needs to know to be the engine."""
+        return f"{self.address} {self.module}"
+
     def missing(self) -> str:
         """Why it cannot be asked here; empty where it can."""
         if importlib.util.find_spec(self.module) is not None:
@@ -171,9 +176,11 @@ class Survey(ABC):
         """Return a case as a person writes it down, in Python where that can be."""
 
 
-def answerer(address: str) -> Answerer:
-    """What answers in the child: the engine with its library."""
-    engine = Library(address, "", "").load()
+def answerer(spec: str) -> Answerer:
+    """What answers in the child: the engine (`Library.spec`), whose library is imported before anything is asked."""
+    address, _, module = spec.partition(" ")
+    import_module(module)
+    engine = Library(address, module, "").load()
 
     def answer(data: Mapping[str, Any]) -> Any:
         return engine.answer(Case.from_json(data))

@@ -24,7 +24,7 @@ from refimpl.linear import Array
 from refimpl.shapes import Sphere
 from refimpl.shapes.polytopes import USUAL_DIRECTIONS
 
-FEW = 256  # farthest points that are gone through before all are asked again
+FEW = 4096  # farthest points that are gone through before all are asked again
 LEAST_RADIUS = 5e-324  # a ball has some radius; around a single point, the least there is
 
 
@@ -100,16 +100,15 @@ def around(cloud: Cloud, center: Array) -> Sphere:
 def smallest_ball(cloud: Cloud) -> Ball:
     """Smallest enclosing ball of a cloud, exactly, in its units; each step is one pass over all points."""
     ball = _ball_of({0: cloud.exact(0)})
-    near: set[int] = set()
-    while True:
-        gap = cloud.columns - np.array([float(v) for v in ball.center])[:, None]
+    outside, asked = np.arange(len(cloud.points)), set[int]()
+    while len(outside):
+        gap = cloud.columns[:, outside] - np.array([float(v) for v in ball.center])[:, None]
         distance = gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]
-        near |= set(np.argpartition(distance, -few)[-few:].tolist() if (few := min(FEW, len(distance))) else [])
-        ball = _pivoted(ball, cloud, sorted(near))
-        value, far = cloud.greatest(square(ball.center, ball.square))
-        if value <= 0:
-            return ball
-        near = {far, *ball.touching}
+        few = min(FEW, len(outside))
+        asked |= set(outside[np.argpartition(distance, -few)[-few:]].tolist())
+        ball = _pivoted(ball, cloud, sorted({*asked, *ball.touching}))
+        outside = np.flatnonzero(~cloud.not_positive(square(ball.center, ball.square)))
+    return ball
 
 
 def _pivoted(ball: Ball, cloud: Cloud, names: list[int]) -> Ball:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from refimpl.construct.cloud import Cloud
-from refimpl.construct.extreme import centred, different_ways, dimension, on_hull, principal_frame, rotation_of
+from refimpl.construct.extreme import centred, different_ways, dimension, few_corners, principal_frame, rotation_of
 from refimpl.construct.formulas import columns_of, inner
 from refimpl.construct.outwards import least_above, nearest
 from refimpl.construct.sources import points_of
@@ -44,8 +44,8 @@ def box(points: ArrayLike) -> Box:
 def least_box(points: ArrayLike) -> Box:
     """Box of the least volume found over pairs of the hull's edges, refined; for flat points, of the least area.
 
-    Of a hull with more than 64 edges only so many pairs are searched, so that a smaller box may exist;
-    `refimpl.construct.optimality.least_box_volume` bounds how much smaller from below.
+    Of a hull with more than 512 corners so many of them, and of one with edges in more than 64 directions the longest
+    of these are searched, so that a smaller box may exist.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def least_box(points: ArrayLike) -> Box:
     """
     cloud = Cloud(points_of(points))
     inside = centred(cloud)[0]
-    corners = on_hull(inside)
+    corners = few_corners(inside)
     count, frame = dimension(inside)
     candidates = [frame, np.eye(3)]
     if count == 3:

@@ -25,6 +25,7 @@ from refimpl.proof.vectors import root
 from refimpl.shapes import Ellipsoid
 
 STEPS = 20_000
+FEW = 512  # points among which weights are searched at a time
 CLOSE = 1e-9  # relative distance from the optimality conditions at which the ascent ends
 
 
@@ -56,10 +57,32 @@ def least_ellipsoid(points: Array) -> tuple[Array, Array, Array]:
     low = points.mean(axis=0)
     whitening = np.linalg.cholesky(np.cov((points - low).T, bias=True))
     x = np.linalg.solve(whitening, (points - low).T).T
-    weights = _ascended(np.concatenate([x, np.ones((len(x), 1))], axis=1))
+    lifted = np.concatenate([x, np.ones((len(x), 1))], axis=1)
+    weights = _ascended_among(lifted)
     center = weights @ x
     spread = (x - center).T @ ((x - center) * weights[:, None]) * 3
     return whitening @ center + low, np.asarray(whitening @ np.linalg.cholesky(spread)), weights
+
+
+def _ascended_among(lifted: Array) -> Array:
+    """The same weights as of all points, searched among few of them, to which those farthest outside are added."""
+    n, d = lifted.shape
+    chosen = np.unique(np.concatenate([np.argsort(lifted @ way)[-1:] for way in _ways(d)])) if n > FEW else np.arange(n)
+    while True:
+        weights = np.zeros(n)
+        weights[chosen] = _ascended(lifted[chosen])
+        inverse = np.linalg.inv(lifted.T @ (lifted * weights[:, None]))
+        leverage = np.einsum("ni,ij,nj->n", lifted, inverse, lifted)
+        outside = np.flatnonzero(leverage > d * (1 + 2 * CLOSE))
+        if not len(np.setdiff1d(outside, chosen)):
+            return weights
+        farthest = outside[np.argsort(leverage[outside])[-FEW:]]
+        chosen = np.union1d(np.flatnonzero(weights), farthest)
+
+
+def _ways(dimension: int) -> Array:
+    """Directions all around, always the same."""
+    return np.random.default_rng(0).normal(size=(FEW, dimension))
 
 
 def _ascended(lifted: Array) -> Array:

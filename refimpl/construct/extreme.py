@@ -11,6 +11,8 @@ from refimpl.construct.cloud import Cloud
 from refimpl.linear import Array
 from refimpl.principal import quaternion_of
 
+MOST = 512  # points of a hull by which a shape is searched
+SAMPLE = 2000
 FLAT = 1e-12  # points that spread less along an axis than this share of their size are searched in fewer dimensions
 
 
@@ -55,6 +57,34 @@ def on_hull(points: Array) -> Array:
         return np.asarray(points[ConvexHull(local).vertices])
     except QhullError:
         return points
+
+
+def few_corners(points: Array) -> Array:
+    """Corners of the hull by which a shape is searched, at most `MOST`.
+
+    Where nearly all of very many points are corners, qhull is not asked about all of them.
+    """
+    some = points[:: max(1, len(points) // SAMPLE)]
+    dense = len(points) > 8 * SAMPLE and len(on_hull(some)) > len(some) // 2
+    return thinned(on_hull(thinned(points) if dense else points))
+
+
+def thinned(points: Array) -> Array:
+    """At most `MOST` of the points, those that reach farthest along directions all around; all, where they are few."""
+    if len(points) <= MOST:
+        return points
+    step = np.arange(MOST) + 0.5
+    height, angle = 1 - 2 * step / MOST, np.pi * (1 + np.sqrt(5)) * step  # a spiral of Fibonacci's angle
+    across = np.sqrt(1 - height * height)
+    ways = np.stack([np.cos(angle) * across, np.sin(angle) * across, height])
+    best, which = np.full(MOST, -np.inf), np.zeros(MOST, dtype=np.int64)
+    for start in range(0, len(points), 1 << 14):
+        reach = points[start : start + (1 << 14)] @ ways
+        most = np.argmax(reach, axis=0)
+        value = reach[most, np.arange(MOST)]
+        which = np.where(value > best, most + start, which)
+        best = np.maximum(value, best)
+    return np.asarray(points[np.unique(which)])
 
 
 def face_normals(corners: Array, most: int) -> Array:

@@ -19,12 +19,15 @@ from refimpl.construct.packing import packed_balls
 from refimpl.construct.parts import moments, split
 from refimpl.construct.primitives import BOXES, CAPSULES, LEAST, SPHERES, Family
 from refimpl.construct.relocating import relocated
+from refimpl.construct.sources import ConstructionError
 from refimpl.construct.surfaces import surface_samples
 from refimpl.linear import Array
 from refimpl.principal import quaternion_of
 from refimpl.shapes import Composite, Polyhedron, Sphere
 from refimpl.solids import Solid
 
+COVERED = 6144
+"""Points in the solid that tell how much a ball covers, at most."""
 SAMPLES = 2048
 """Points of the surface from which balls are shrunk."""
 DETAIL = 12_288
@@ -61,7 +64,7 @@ def medial_spheres(mesh: Any, count: int, *, seed: int = 0, detail: int = DETAIL
     solid, exponent = in_moderate_unit(polyhedron)
     center, radius = _balls(solid, seed)
     target = target_of(solid, detail)
-    chosen = covering(target.own(center), np.ldexp(radius, -target.exponent), *target.within, count)
+    chosen = _covering(target, center, radius, count)
     return placed(polyhedron, exponent, Composite([Sphere(center[i], radius[i]) for i in chosen]))
 
 
@@ -128,7 +131,12 @@ def fitted_boxes(mesh: Any, count: int, *, seed: int = 0, detail: int = DETAIL) 
 def _balls(solid: Solid, seed: int) -> tuple[Array, Array]:
     """Medial balls of a solid."""
     samples = surface_samples(Polyhedron(solid.vertices, solid.triangles), SAMPLES, seed)
-    return medial_balls(solid, samples, float(np.max(np.ptp(solid.vertices, axis=0))))
+    center, radius = medial_balls(solid, samples, float(np.max(np.ptp(solid.vertices, axis=0))))
+    if not len(radius):
+        raise ConstructionError(
+            "mesh: no ball fits inside that its coordinates can tell from none; move it to the origin"
+        )
+    return center, radius
 
 
 def _fitted(
@@ -146,9 +154,15 @@ def _fitted(
 def _first_spheres(solid: Solid, target: Target, count: int, seed: int) -> Array:
     """The medial spheres that cover the most."""
     center, radius = _balls(solid, seed)
-    center, radius = target.own(center), np.ldexp(radius, -target.exponent)
-    chosen = covering(center, radius, *target.within, count)
-    return np.concatenate([center[chosen], radius[chosen, None]], axis=1)
+    chosen = _covering(target, center, radius, count)
+    return np.concatenate([target.own(center[chosen]), np.ldexp(radius[chosen, None], -target.exponent)], axis=1)
+
+
+def _covering(target: Target, center: Array, radius: Array, count: int) -> list[int]:
+    """Balls of the solid's frame that together cover much of it."""
+    points, weight = target.within
+    every = -(-len(points) // COVERED)
+    return covering(target.own(center), np.ldexp(radius, -target.exponent), points[::every], weight[::every], count)
 
 
 def _first_capsules(_: Solid, target: Target, count: int, __: int) -> Array:

@@ -6,6 +6,7 @@ proposed, or is made a corner too.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -14,10 +15,11 @@ from numpy.typing import ArrayLike
 from refimpl.construct.cloud import Cloud
 from refimpl.construct.extreme import centred, dimension
 from refimpl.construct.facets import sides_around
-from refimpl.construct.formulas import about_one
+from refimpl.construct.formulas import Polynomial, about_one
 from refimpl.construct.outwards import least_above
 from refimpl.construct.sources import ConstructionError, points_of
 from refimpl.derived import hull_of_planes
+from refimpl.hulls import Indices
 from refimpl.linear import Array, dot
 from refimpl.proxy import ShapeError
 from refimpl.shapes import ConvexPolyhedron
@@ -42,11 +44,20 @@ def hull(points: ArrayLike) -> ConvexPolyhedron:
         except ShapeError as error:
             raise ConstructionError(str(error)) from None
         names = names[np.sort(kept)]
-        highest = [cloud.greatest(formula) for side in sides for formula in side.formulas()]
-        outside = {far for value, far in highest if value > 0}
+        outside = _outside(cloud, names, [formula for side in sides for formula in side.formulas()])
         if not outside:
             return ConvexPolyhedron.from_vertices(cloud.points[names])
         names = np.array(sorted({*names.tolist(), *outside}))
+
+
+def _outside(cloud: Cloud, corners: Indices, formulas: Sequence[Polynomial]) -> set[int]:
+    """For each face the point that is farthest outside of it, where one is; corners are not asked."""
+    others = np.setdiff1d(np.arange(len(cloud.points)), corners)
+    if not len(others):
+        return set()
+    rest = Cloud(cloud.points[others], float(np.ldexp(0.5, cloud.exponent)))
+    highest = [rest.greatest(formula) for formula in formulas]
+    return {int(others[far]) for value, far in highest if value > 0}
 
 
 def _proposed(cloud: Cloud) -> list[int]:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from refimpl.construct.balls import around as sphere_around
 from refimpl.construct.circles import smallest_circle
 from refimpl.construct.cloud import Cloud
-from refimpl.construct.extreme import centred, dimension, face_normals, on_hull
+from refimpl.construct.extreme import centred, dimension, face_normals, few_corners
 from refimpl.construct.formulas import across, inner, less, near_segment
 from refimpl.construct.outwards import least_root, nearest
 from refimpl.construct.sources import ConstructionError, points_of
@@ -102,7 +102,7 @@ def _searched(cloud: Cloud, about: About) -> tuple[Array, Array, Array]:
     from scipy.optimize import minimize  # noqa: PLC0415  slow to import
 
     inside, middle = centred(cloud)
-    corners = on_hull(inside)
+    corners = few_corners(inside)
     count, frame = dimension(inside)
     if count <= 1:
         reach = corners @ frame[:, 0]

@@ -88,7 +88,13 @@ def _along(normals: Array) -> Array:
     x, y = -normals[..., 1], normals[..., 0]
     size = np.abs(x) + np.abs(y)
     part = x / np.where(size > 0, size, 1.0)
-    return np.where(size > 0, np.where((y > 0) | ((y == 0) & (x > 0)), 1.0 - part, 3.0 + part), np.inf)
+    return np.where(size > 0, np.where(_rises(normals), 1.0 - part, 3.0 + part), np.inf)
+
+
+def _rises(normals: Array) -> Bools:
+    """Whether anticlockwise sides lead upwards, or level to the right."""
+    x, y = -normals[..., 1], normals[..., 0]
+    return np.asarray((y > 0) | ((y == 0) & (x > 0)))
 
 
 def _taken(rows: Array, index: Any) -> Array:
@@ -103,7 +109,7 @@ def difference(a: Outline, b: Outline) -> Difference:
     """
     many_a, many_b = a.normals.shape[1], b.normals.shape[1]
     sides_a, sides_b = (np.sum(np.any(o.normals != 0, axis=-1), axis=1)[:, None] for o in (a, b))
-    first_b = np.sum(_along(b.normals) < 2, axis=1)[:, None] % np.maximum(sides_b, 1)
+    first_b = np.sum(_rises(b.normals), axis=1)[:, None] % np.maximum(sides_b, 1)
     steps = np.arange(many_b)[None]
     normals_b = np.where(
         (steps < sides_b)[..., None], -_taken(b.normals, (first_b + steps) % np.maximum(sides_b, 1)), 0.0

@@ -30,21 +30,25 @@ def separate(a: Outline, b: Outline) -> Separation:
     """Signed distance of the polygons, segments or points that two outlines with one batch axis mean. Finite.
 
     The origin is inside A ⊖ B where it lies behind all sides; minus the depth is the height above the highest one. Else
-    the nearest point of the sides decides. A sliver or a segment seems to have the origin behind all sides where
-    rounding hides that it lies beyond an end; then no side is as near as the depth would be. Ericson, Real-Time
-    Collision Detection, 5.4.2 and 9.3; Gottschalk 1996 (separating axes).
+    the nearest point of the sides decides. The way out of the depth ends on its side, not aside of it.
+
+    A sliver or a segment seems to have the origin behind all sides where rounding hides that it lies beyond an end;
+    then no side is as near as the depth would be. Ericson, Real-Time Collision Detection, 5.4.2 and 9.3; Gottschalk
+    1996 (separating axes).
     """
     found = difference(a, b)
     corners, normals = found.outline.corners, found.outline.normals
     heights = np.where(np.any(normals != 0, axis=-1), -dot(normals, corners), -np.inf)
     after = np.roll(corners, -1, axis=1)
     share = parameter_on_segment(np.zeros(2), corners, after - corners)
-    lengths = norm(point_on_segment(share, corners, after))
+    feet = point_on_segment(share, corners, after)
+    lengths = norm(feet)
     top, near = np.max(heights, axis=1), np.min(lengths, axis=1)
     slack = SLACK * np.maximum(*(np.max(largest(outline.corners), axis=1) for outline in (a, b)))
     inside = np.isfinite(top) & (top <= 0) & (near <= slack - top)
-    ways_out = np.where(lengths <= (near + slack)[:, None], heights, -np.inf)
-    side = np.where(inside, np.argmax(ways_out, axis=1), np.argmin(lengths, axis=1))
+    aside = norm(feet + scale(np.where(np.isfinite(heights), heights, 0.0), normals))
+    ways_out = np.argmax(np.where(lengths <= (near + slack)[:, None], heights - aside, -np.inf), axis=1)
+    side = np.where(inside, ways_out, np.argmin(lengths, axis=1))
     share, height, straight = _at(share, side), _at(heights, side), _at(normals, side)
     on_a, on_b = _witnesses(found, a, b, side, share)
     flat = inside | ((share > 0) & (share < 1) & (height > 0))

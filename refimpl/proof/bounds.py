@@ -9,8 +9,9 @@ from typing import Any
 
 from refimpl.proof.claims import Bound, Claim, Common, Core, Cover, Escape, Inscribed, Near, Part, Separated
 from refimpl.proof.gaps import Sides, cover, escape, piece_of
+from refimpl.proof.plane import planar, polygon
 from refimpl.proof.rational import InvalidCertificate, index, items, rational, require, spend, surface, vector, whole
-from refimpl.proof.sets import Flat, Line, Planes, Solid, ball_in_ball
+from refimpl.proof.sets import Line, Planes, Solid, ball_in_ball
 from refimpl.proof.unions import Union
 from refimpl.proof.vectors import NONE, Exact, cross, dot, minus, root
 
@@ -34,23 +35,6 @@ def _polytope(points: Sequence[Exact], triangles: Any) -> Fraction:
     return Fraction(least)
 
 
-def _closed_line(points: Sequence[Exact]) -> Fraction:
-    """Square of the radius of a disc around 0 in the hull of `points` of the plane, proven by the line through them.
-
-    Every edge must have 0 to its left. Then the line, seen from 0, only turns anticlockwise, and being closed, it comes
-    to every direction. So no ray from 0 leaves the hull before it meets some edge.
-    """
-    least: Bound = math.inf
-    for i, point in enumerate(points):
-        spend(16)
-        (u, v), unit = whole([points[i - 1], point])
-        area, edge = cross(u, v)[2], minus(v, u)
-        require(area > 0, "pairs: 0 is not to the left of an edge")
-        least = min(least, Fraction(area * area, dot(edge, edge) * unit * unit))
-    require(points, "pairs: none")
-    return Fraction(least)
-
-
 def _whole_space(claim: Core, a: Solid, b: Solid) -> Bound:
     ways = [[vector(x, "pairs") for x in items(pair, "pairs", 2)] for pair in items(claim.pairs, "pairs")]
     for shape, way in [(shape, way) for pair in ways for shape, way in zip((a, b), pair, strict=True)]:
@@ -70,11 +54,10 @@ def _core(claim: Core, a: Solid, b: Solid) -> Bound:
     # moving its vertices by `outside` at most, into the cores, brings no facet of the hull nearer by more than that
     outside = max((beyond_a + beyond_b for (_, beyond_a), (_, beyond_b) in found), default=NONE)
     if len(points) == 1 and not items(claim.triangles, "triangles"):
-        bound = root(dot(points[0], points[0]))[1] + outside - a.radius - b.radius
+        bound = root(dot(points[0], points[0]))[1] + outside
     else:
-        flat = isinstance(a, Flat) and isinstance(b, Flat)
-        square = _closed_line(points) if flat else _polytope(points, claim.triangles)
-        bound = outside - root(square)[0] - a.radius - b.radius
+        bound = outside - root((polygon if planar(a, b) else _polytope)(points, claim.triangles))[0]
+    bound -= a.radius + b.radius
     require(bound <= 0, "pairs: they do not prove that the shapes meet")
     return bound
 

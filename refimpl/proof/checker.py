@@ -1,16 +1,14 @@
 """Check what a certificate claims about two proxies, in exact arithmetic.
 
-This file and those it imports, `claims`, `bounds`, `gaps`, `unions`, `reading`, `sets`, `rational` and `vectors`, are
-all of the project that has to be believed. They need nothing but the standard library, take every number as the exact
-rational that it is, and return only bounds that they have computed themselves.
+This file and those it imports, `claims`, `bounds`, `gaps`, `unions`, `reading`, `plane`, `sets`, `rational` and
+`vectors`, are all of the project that has to be believed. They need nothing but the standard library, take every number
+as the exact rational that it is, and return only bounds that they have computed themselves.
 
-What a convex proxy is, `sets` and `reading` say: a core, with its support function h(n) and a test for its points,
-widened by a ball of radius r. With A ⊖ B = {a − b}, the signed distance σ(A, B) is the distance of 0 from A ⊖ B, or,
-when 0 lies inside, minus its distance from the boundary. The support function of A ⊖ B is h_A(n) + h_B(−n), and
-widening the cores by balls lowers σ by the sum of the radii: σ(A, B) = σ(core A, core B) − r_A − r_B. For a `Ray` the
-bounds are on the time when it first hits, ∞ for a miss; a ray up to time t is a segment. Unions, which are not convex,
-are apart when all their parts are; when they overlap, σ is minus the length of the shortest translation of B after
-which their interiors are disjoint.
+What a convex proxy is, `sets`, `reading` and `plane` say: a core, with its support function h(n) and a test for points,
+widened by a ball of radius r. With A ⊖ B = {a − b}, the signed distance σ(A, B) is that of 0 from A ⊖ B, or, inside,
+minus that from the boundary. A ⊖ B has the support function h_A(n) + h_B(−n), and widening the cores lowers σ: σ(A, B)
+= σ(core A, core B) − r_A − r_B. For a `Ray` the bounds are on the time of its first hit, ∞ for none. Unions are apart
+when all parts are; else σ is minus the length of the shortest translation of B that parts the interiors.
 """
 
 from __future__ import annotations
@@ -24,8 +22,8 @@ from typing import Any
 from refimpl.proof.bounds import bounds_of
 from refimpl.proof.claims import Bound, Certificate, Cover, Part
 from refimpl.proof.gaps import Sides
+from refimpl.proof.plane import is_of_plane
 from refimpl.proof.rational import effort, items, require, spend
-from refimpl.proof.reading import FLAT
 from refimpl.proof.sets import Line
 from refimpl.proof.unions import Union, parts_of
 
@@ -36,8 +34,8 @@ EFFORT, EFFORT_PER_ITEM = 1 << 21, 64
 
 @contextmanager
 def sides_of(a: Any, b: Any) -> Iterator[Sides]:
-    """Read two proxies, and let no more be spent inside than is due to claims about them."""
-    require((type(a).__name__ in FLAT) == (type(b).__name__ in FLAT), "a proxy of the plane and one of space")
+    """Read two proxies of one world, and let no more be spent inside than is due to claims about them."""
+    require(is_of_plane(a) == is_of_plane(b), "a proxy of the plane and one of space")
     with effort(1 << 62) as spent:
         sides = Union(parts_of(a)), Union(parts_of(b))
         size = spent()

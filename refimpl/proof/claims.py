@@ -65,9 +65,8 @@ class Core:
     """σ ≤ −r − r_A − r_B: a closed polytope of points a_j − b_j of the cores holds a ball of radius r at 0.
 
     `pairs` are the (a_j, b_j), `triangles` their indices, counter-clockwise seen from outside. One pair and
-    no triangle: σ ≤ ‖a − b‖ − r_A − r_B ≤ 0. In the plane, more pairs and no triangle: the points are the corners of a
-    closed line that runs anticlockwise around 0. With `directions`, the pairs are recession directions (u_j, v_j)
-    of A and B, and a closed polytope around 0 proves that A ⊖ B is the whole space: σ = −∞.
+    no triangle: σ ≤ ‖a − b‖ − r_A − r_B ≤ 0; more, in the plane: `plane.polygon`. With `directions`, the pairs are
+    recession directions (u_j, v_j) of A and B, and a closed polytope proves A ⊖ B to be the whole space: σ = −∞.
     """
 
     pairs: tuple[tuple[Place, Place], ...]

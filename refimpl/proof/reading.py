@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from refimpl.proof.rational import InvalidCertificate, items, number, rational, require, whole
-from refimpl.proof.sets import Factor, Flat, Hull, Line, Planes, Points, Product, Solid
+from refimpl.proof.sets import Factor, Hull, Line, Planes, Points, Product, Solid
 from refimpl.proof.vectors import NONE, Exact, Number, dot, minus, times
 
 AXES = [[Fraction(i == j) for j in range(3)] for i in range(3)]
@@ -103,7 +103,7 @@ def _ellipsoid(field: Fields) -> Product:
     return product(centre, [[times(r, column) for r, column in zip(radii, columns, strict=True)]])
 
 
-def _behind(planes: Rows, position: Exact, columns: Sequence[Exact]) -> Planes:
+def behind(planes: Rows, position: Exact, columns: Sequence[Exact]) -> Planes:
     """Place planes n·y + k ≤ 0: x = position + R y lies behind (R n)·x + k − (R n)·position ≤ 0."""
     frame, size = whole(list(zip(*columns, strict=True)))  # the rows of R
     (place,), scale = whole([position])
@@ -120,7 +120,7 @@ def _kdop(field: Fields) -> Planes:
     require(len(ways) == len(lower) == len(upper), "KDOP: as many bounds as directions are needed")
     above = [[*way, -high] for way, (high,) in zip(ways, upper, strict=True)]
     below = [[*times(-1, way), low] for way, (low,) in zip(ways, lower, strict=True)]
-    return _behind([*above, *below], [NONE] * 3, AXES)
+    return behind([*above, *below], [NONE] * 3, AXES)
 
 
 def placed(field: Fields, name: str) -> Points:
@@ -135,7 +135,7 @@ def placed(field: Fields, name: str) -> Points:
 def _polytope(field: Fields) -> Planes | Hull:
     match getattr(field.shape, "given", None):
         case "planes":
-            return _behind(field.rows("numbers", 4), field("position"), field.turn())
+            return behind(field.rows("numbers", 4), field("position"), field.turn())
         case "vertices":
             points = placed(field, "numbers")
             return Hull(points, range(len(points.places)))
@@ -147,35 +147,6 @@ def _ray(field: Fields) -> Line:
     return Line(field("origin"), field("direction"))
 
 
-def flat(field: Fields, name: str, least: int | None = None) -> Exact:
-    """A vector of the plane z = 0."""
-    return [*field(name, 2, least), NONE]
-
-
-def _flat_ray(field: Fields) -> Line:
-    direction = flat(field, "direction")
-    field.refuse("direction", not any(direction))
-    return Line(flat(field, "origin"), direction)
-
-
-def _rectangle(field: Fields) -> Flat:
-    low, high = flat(field, "lower"), flat(field, "upper")
-    half = times(Fraction(1, 2), minus(high, low))
-    field.refuse("upper", min(half) < 0)
-    return Flat(_box(minus(high, half), half, AXES))
-
-
-def _polygon(field: Fields) -> Flat:
-    match getattr(field.shape, "given", None):
-        case "lines":
-            lines = [[x, y, 0, k] for x, y, k in field.rows("numbers", 3)]
-            return Flat(_behind(lines, [NONE] * 3, AXES))
-        case "vertices":
-            places, unit = whole([[x, y, 0] for x, y in field.rows("numbers", 2)])
-            return Flat(Hull(Points(places, unit), range(len(places))))
-    raise InvalidCertificate("ConvexPolygon.given: must be 'lines' or 'vertices'")
-
-
 MEANING: dict[str, Callable[[Fields], Solid | Line]] = {
     "Point": lambda field: product(field("position"), []),
     "Ray": _ray,
@@ -183,20 +154,12 @@ MEANING: dict[str, Callable[[Fields], Solid | Line]] = {
     "Capsule": lambda field: segment(field("p"), field("q"), *field("radius", 1, least=0)),
     "AABB": _aligned,
     "Box": lambda field: _box(field("center"), field("half_extents", least=0), field.turn()),
-    "HalfSpace": lambda field: _behind([[*field("normal"), *field("k", 1)]], [NONE] * 3, AXES),
+    "HalfSpace": lambda field: behind([[*field("normal"), *field("k", 1)]], [NONE] * 3, AXES),
     "Ellipsoid": _ellipsoid,
     "Cylinder": _cylinder,
     "KDOP": _kdop,
     "ConvexPolyhedron": _polytope,
-    "FlatPoint": lambda field: Flat(product(flat(field, "position"), [])),
-    "FlatRay": _flat_ray,
-    "Disc": lambda field: Flat(product(flat(field, "center"), [], *field("radius", 1, least=0))),
-    "Segment": lambda field: Flat(segment(flat(field, "p"), flat(field, "q"), *field("radius", 1, least=0))),
-    "Rectangle": _rectangle,
-    "ConvexPolygon": _polygon,
 }
-FLAT = {"FlatPoint", "FlatRay", "Disc", "Segment", "Rectangle", "ConvexPolygon"}
-"""Sets of the plane, which have no distance from those of space."""
 
 
 def read(shape: Any) -> Solid | Line:

@@ -6,6 +6,7 @@ Nothing here has to be believed: what is found is handed on as a certificate.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from typing import Any
 
@@ -39,6 +40,9 @@ MOST_PAIRS = 4
 """So many pairs of atoms are tried."""
 DEEPEST = 24
 """So often a span is halved before it is given up."""
+NEARER, LEFT = 1 / 16, 1e-12
+"""Part of the time up to the contact of unions that is left for later, where it cannot be done at once; and how little
+of it may be left out."""
 LATER = (0.0, 1e-12, 1e-11, 1e-10, 4e-10)
 """So much after the contact found in doubles an overlap is tried to be proven."""
 
@@ -79,8 +83,12 @@ class RigidSearch:
 
     def _spans(self, end: float, open_end: bool) -> list[Span]:
         """Spans from the start up to a time; up to 1 and then, unless the end is open."""
-        times = [t for t in self._times(end) if 0 < t < end]
         found: list[Span] = []
+        if open_end and any(isinstance(shape, UNION) for shape in self.shapes):
+            with suppress(Unproven):
+                found += self._nearer(0.0, end)
+            return found
+        times = [t for t in self._times(end) if 0 < t < end]
         for start, stop in zip([0.0, *times], [*times, end], strict=True):
             if stop <= start:
                 continue
@@ -93,15 +101,20 @@ class RigidSearch:
             found[-1] = last
         return found
 
+    def _nearer(self, start: float, end: float) -> Iterator[Span]:
+        """Spans that lead to a contact of unions, ever shorter ones, for the planes hold the less long the nearer."""
+        while (span := self._at_once(start, end)) is None:
+            if end - start < LEFT:
+                raise Unproven
+            until = end - NEARER * (end - start)
+            yield from self._between(start, until, 0)
+            start = until
+        yield span
+
     def _between(self, start: float, stop: float, depth: int) -> Iterator[Span]:
         """Spans that lead from one time to another."""
-        ends, length = (self.moment(start), self.moment(stop)), Fraction(stop) - Fraction(start)
-        for before, after in self._directions(start, stop):
-            span = Span(self._tree(before, ends[0]), self._tree(after, ends[1]), stop)
-            try:
-                self.scene.stays_apart(span, ends, length)
-            except InvalidCertificate:
-                continue
+        span = self._at_once(start, stop)
+        if span is not None:
             yield span
             return
         middle = start + (stop - start) / 2
@@ -109,6 +122,16 @@ class RigidSearch:
             raise Unproven
         yield from self._between(start, middle, depth + 1)
         yield from self._between(middle, stop, depth + 1)
+
+    def _at_once(self, start: float, stop: float) -> Span | None:
+        """A single span from one time to another, where one is found."""
+        ends, length = (self.moment(start), self.moment(stop)), Fraction(stop) - Fraction(start)
+        for before, after in self._directions(start, stop):
+            span = Span(self._tree(before, ends[0]), self._tree(after, ends[1]), stop)
+            with suppress(InvalidCertificate):
+                self.scene.stays_apart(span, ends, length)
+                return span
+        return None
 
     def moment(self, time: float) -> Moment:
         """Both sides at a time, exactly."""

@@ -217,30 +217,4 @@ class Line(NamedTuple):
         return minus(self.origin, times(-time, self.direction))
 
 
-class Flat(NamedTuple):
-    """A set of the plane z = 0, a core widened by discs of that plane: there are no other directions than its own."""
-
-    core: Product | Planes | Hull
-
-    @property
-    def radius(self) -> Fraction:
-        """Radius of the discs."""
-        return self.core.radius
-
-    def support(self, n: Whole, faces: Any = ()) -> Fraction:
-        """Largest n·x over the core."""
-        require(n[2] == 0, "n: not a direction of the plane")
-        return self.core.support(n, faces)
-
-    def member(self, point: Any, widened: bool = False) -> tuple[Exact, Fraction]:
-        """The point, and how far it is outside."""
-        found, outside = self.core.member(point, widened)
-        require(found[2] == 0, "point: not in the plane")
-        return found, outside
-
-    def holds(self, _centre: Exact, _columns: Sequence[Exact], _share: Fraction) -> bool:
-        """No solid ellipsoid lies in a plane."""
-        return False
-
-
-Solid: TypeAlias = Product | Planes | Hull | Flat
+Solid: TypeAlias = Product | Planes | Hull

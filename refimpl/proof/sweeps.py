@@ -18,8 +18,9 @@ from refimpl.proof.bounds import bounds_of, part_of
 from refimpl.proof.checker import sides_of
 from refimpl.proof.claims import Bound, Claim, Piece, Place, Tree
 from refimpl.proof.gaps import Sides, gaps, require_outside
+from refimpl.proof.plane import flat
 from refimpl.proof.rational import InvalidCertificate, items, rational, require, spend
-from refimpl.proof.reading import Fields, flat
+from refimpl.proof.reading import Fields
 from refimpl.proof.sets import Line
 from refimpl.proof.vectors import NONE, Exact, Number, dot, minus, times
 

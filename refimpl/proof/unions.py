@@ -11,8 +11,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
+from refimpl.proof.plane import PLANE, read
 from refimpl.proof.rational import items, require, spend, surface, whole
-from refimpl.proof.reading import FLAT, Fields, placed, read
+from refimpl.proof.reading import Fields, placed
 from refimpl.proof.sets import Hull, Line, Points, Solid
 from refimpl.proof.vectors import NONE, Exact, Whole, cross, dot, minus, root, times
 
@@ -140,5 +141,5 @@ def parts_of(shape: Any, depth: int = 0) -> list[Solid | Mesh | Line]:
         parts = items(getattr(shape, "parts", None), "Composite.parts")
         require(parts and depth <= DEPTH, "Composite.parts: none, or nested too deeply")
         return [found for part in parts for found in parts_of(part, depth + 1)]
-    require(kind not in {"Ray", *FLAT} or depth == 0, "Composite: a ray or a flat proxy is no part of a solid")
+    require(depth == 0 or kind not in {"Ray", *PLANE}, f"Composite: a {kind} is no part of a solid")
     return [_mesh(shape) if kind == "Polyhedron" else read(shape)]
