@@ -13,9 +13,12 @@ import pytest
 
 import reports.studies
 from oracles import tunnelling
-from refimpl import Point, distance, support
-from reports.studies import bounces, cradle, particles, plots, rejects
+from refimpl import Point, Polyhedron, distance, load_polyhedron, support
+from refimpl.construct.kinds import KINDS
+from reports import scorecards as cards
+from reports.studies import bounces, cradle, particles, plots, rejects, scorecards
 from reports.studies.__main__ import main
+from tests.solids import box
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pybullet")
@@ -127,3 +130,41 @@ def test_volumes_of_the_study_contain_their_points(collider: str) -> None:
             assert np.all(distance(volume, Point(points)).distance <= 1e-8), name
     directions = np.random.default_rng(0).normal(size=(200, 3))
     assert np.all(support(shape, directions) <= np.max(points @ directions.T, axis=0) + 1e-12)
+
+
+def test_the_scorecards_of_models_have_the_form_of_today() -> None:
+    """Times and shares are of the day on which they were made; what is told of, and how, is of today."""
+    page = (HERE / "scorecards.md").read_text(encoding="utf-8")
+    again = "stale: run python -m reports.studies.scorecards"
+    assert page.startswith(
+        f"# Scorecards of models\n\nMade by `python -m reports.studies.scorecards`.\n\n{scorecards.TEXT}"
+    )
+    sections = page.split("\n## ")[1:]
+    assert [section.partition("\n")[0].lower() for section in sections] == [model.name for model in scorecards.MODELS]
+    for section, model in zip(sections, scorecards.MODELS, strict=True):
+        assert model.text in section, again
+        asked = "".join(f" --repair {name}" for name in model.repairs)
+        assert f'{model.file}"{asked}\n' in section, again
+        rows = [line.split(" | ") for line in section.splitlines() if line.startswith("| ")]
+        assert [cell.strip("| ") for cell in rows[0]] == [column.title for column in cards.COLUMNS], again
+        assert [row[0].strip("| ") for row in rows[2:]] == [kind.title for kind in KINDS.values()], again
+        picture = (HERE / f"scorecard-{model.name}.png").read_bytes()
+        assert picture.startswith(b"\x89PNG")
+        assert 10_000 < len(picture) < 120_000
+
+
+def test_models_of_the_scorecards_are_solids_after_their_repairs() -> None:
+    data = Path(pytest.importorskip("pybullet_data").getDataPath())
+    for model in scorecards.MODELS:
+        assert len(load_polyhedron(data / model.file, repairs=model.repairs).triangles) > 300
+
+
+def test_a_gallery_shows_what_could_be_built() -> None:
+    cube = Polyhedron(*box())
+    card = scorecards.scorecard(cube, ("model", "aabb", "sphere"), name="cube")
+    page = scorecards.gallery(card)
+    assert page.count('<figure class="scene"') == 2
+    assert "<h3>axis-aligned box</h3>" in page
+    told = scorecards.told(scorecards.MODELS[0], card)
+    assert "--repair merge_near --repair fill_holes" in told
+    assert "| smallest sphere" in told

@@ -55,7 +55,7 @@ MODELS = (
         "link",
         "kuka_iiwa/meshes/link_0.stl",
         ("merge_near", "fill_holes"),
-        "The foot of a KUKA iiwa. Some corners stand twice in the file, a hair's breadth apart, and some faces lack.",
+        "The foot of a KUKA iiwa. Some corners stand twice in the file, a hair's breadth apart, and faces are missing.",
     ),
     Model("bunny", "bunny.obj", (), "A solid as it is."),
     Model(
