@@ -14,6 +14,7 @@ from oracles.plain import plain_scenes
 from oracles.plain_bodies import PLAIN_BODIES
 from oracles.plain_impacts import TOUCHES, restaged, simpler_motions
 from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, Scene, cells
+from oracles.world import PLANE, world_of
 from refimpl import (
     AABB,
     Box,
@@ -215,10 +216,11 @@ def test_plain_impacts_touch_where_they_say(pair: tuple[type[Proxy], type[Proxy]
         motion = scene.motion
         assert motion is not None
         assert abs(distance(scene.a, scene.b).distance) <= 1e-12
+        world, normal = world_of(scene.b), motion.normal / np.linalg.norm(motion.normal)
+        assert not (world is PLANE and motion.leaves_the_plane)
         for shape in (scene.a, scene.b):
-            assert abs(distance(Point(motion.point), shape).distance) <= 1e-12
-        normal = motion.normal / np.linalg.norm(motion.normal)
-        apart = distance(scene.a, scene.b.translated(1e-3 * normal)).distance
+            assert abs(distance(world.point(world.vectors(motion.point)), shape).distance) <= 1e-12
+        apart = distance(scene.a, scene.b.translated(1e-3 * world.vectors(normal))).distance
         assert apart == pytest.approx(1e-3, rel=1e-6), "the normal is that of the contact"
 
 

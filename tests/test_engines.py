@@ -34,6 +34,7 @@ from oracles.engine import (
 from oracles.engines import available_engines, load_engine
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, cells
 from oracles.worker import EngineWorker
+from oracles.world import is_flat
 from refimpl.shapes import (
     AABB,
     KDOP,
@@ -340,7 +341,7 @@ def test_what_is_not_supported_says_why() -> None:
 
 
 def test_how_much_of_the_table_is_supported() -> None:
-    every = [c for c in cells() if c.query in AT_REST]
+    every = [c for c in cells() if c.query in AT_REST and not is_flat(c.type_a)]
     asked = {name: sum(bool(e.support(c.query, c.type_a, c.type_b)) for c in every) for name, e in ENGINES.items()}
     assert asked == {"fcl": 218, "bullet": 196}
     fcl, bullet = (
