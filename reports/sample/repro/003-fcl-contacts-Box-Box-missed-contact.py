@@ -38,11 +38,11 @@ def ask():
     print("python-fcl", version("python-fcl"))
     a_shape = fcl.Box(0.0, 0.0, 0.0)
     a = [
-        fcl.CollisionObject(a_shape, fcl.Transform(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.0, 0.0, 0.5]))),
+        fcl.CollisionObject(a_shape, fcl.Transform(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.0, 0.0, 0.0]))),
     ]
     b_shape = fcl.Box(2.0, 2.0, 2.0)
     b = [
-        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.0, 0.0, 0.0]))),
+        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.5, 0.0, 0.0]))),
     ]
 
     request = fcl.CollisionRequest(num_max_contacts=20, enable_contact=True)
@@ -60,8 +60,8 @@ def ask():
 
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
-A = {"type": "Box", "center": [0.0, 0.0, 0.5], "half_extents": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0]}
-B = {"type": "Box", "center": [0.0, 0.0, 0.0], "half_extents": [1.0, 1.0, 1.0], "rotation": [0.0, 0.0, 0.0, 1.0]}
+A = {"type": "Box", "center": [0.0, 0.0, 0.0], "half_extents": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0]}
+B = {"type": "Box", "center": [0.5, 0.0, 0.0], "half_extents": [1.0, 1.0, 1.0], "rotation": [0.0, 0.0, 0.0, 1.0]}
 ANSWER = {"hit": 0.0}
 HELD = {"owed": ["distance", "hit", "normal", "point"], "hit": 1e-12, "witness": 1e-12}
 SIDES = [
@@ -76,26 +76,29 @@ SIDES = [
             "margin": 0.0,
             "interval": [-0.5, -0.5],
             "claims": [
-                {"kind": "escape", "n": [0.0, 0.0, -1.0], "faces": [[], []]},
+                {"kind": "escape", "n": [1.0, 0.0, 0.0], "faces": [[], []]},
                 {
                     "kind": "core",
                     "pairs": [
-                        [[0.0, 0.0, 0.5], [-1.0, 1.0, 1.0]],
-                        [[0.0, 0.0, 0.5], [1.0, 1.0, 1.0]],
-                        [[0.0, 0.0, 0.5], [1.0, 1.0, -1.0]],
-                        [[0.0, 0.0, 0.5], [1.0, -1.0, 1.0]],
-                        [[0.0, 0.0, 0.5], [-1.0, -1.0, -1.0]],
-                        [[0.0, 0.0, 0.5], [-1.0, -1.0, 1.0]],
+                        [[0.0, 0.0, 0.0], [-0.5, 1.0, 1.0]],
+                        [[0.0, 0.0, 0.0], [1.5, 1.0, 1.0]],
+                        [[0.0, 0.0, 0.0], [1.5, 1.0, -1.0]],
+                        [[0.0, 0.0, 0.0], [1.5, -1.0, 1.0]],
+                        [[0.0, 0.0, 0.0], [-0.5, -1.0, -1.0]],
+                        [[0.0, 0.0, 0.0], [-0.5, -1.0, 1.0]],
+                        [[0.0, 0.0, 0.0], [-0.5, 1.0, -1.0]],
                     ],
                     "triangles": [
                         [0, 2, 1],
                         [0, 1, 3],
                         [1, 2, 3],
-                        [2, 0, 4],
                         [3, 2, 4],
                         [0, 3, 5],
                         [3, 4, 5],
                         [4, 0, 5],
+                        [0, 4, 6],
+                        [2, 0, 6],
+                        [4, 2, 6],
                     ],
                 },
             ],

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-# fcl · contacts · Sphere–Capsule · normal shorter than 1 · coaxial · 1e+0
+# fcl · contacts · Sphere–Capsule · normal shorter than 1 · concentric · 1e+0
 """fcl, contacts of Sphere (A) and Capsule (B): normal shorter than 1.
 
-fcl answers a signed distance of -2.0: normal shorter than 1; its normal's length is proven to be 1 plus -1.0.
+fcl answers a signed distance of -1.0: normal shorter than 1; its normal's length is proven to be 1 plus -1.0.
 It is wrong by at least 1.
 
     python FILE                       asks fcl, and judges its answer
@@ -41,9 +41,9 @@ def ask():
     a = [
         fcl.CollisionObject(a_shape, fcl.Transform(np.array([0.0, 0.0, 0.0]))),
     ]
-    b_shape = fcl.Capsule(1.0, 1.0)
+    b_shape = fcl.Capsule(0.0, 0.0)
     b = [
-        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[1.0, -0.0, 0.0], [-0.0, 1.0, 0.0], [-0.0, -0.0, 1.0]]), np.array([0.0, 0.0, 0.5]))),
+        fcl.CollisionObject(b_shape, fcl.Transform(np.array([0.0, 0.0, 0.0]))),
     ]
 
     request = fcl.CollisionRequest(num_max_contacts=20, enable_contact=True)
@@ -62,8 +62,8 @@ def ask():
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
 A = {"type": "Sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}
-B = {"type": "Capsule", "p": [0.0, 0.0, 0.0], "q": [0.0, 0.0, 1.0], "radius": 1.0}
-ANSWER = {"hit": 1.0, "distance": -2.0, "normal": [0.0, 0.0, 0.0], "point": [0.0, 0.0, 0.0]}
+B = {"type": "Capsule", "p": [0.0, 0.0, 0.0], "q": [0.0, 0.0, 0.0], "radius": 0.0}
+ANSWER = {"hit": 1.0, "distance": -1.0, "normal": [-0.0, -0.0, -0.0], "point": [0.0, 0.0, 0.0]}
 HELD = {"owed": ["distance", "hit", "normal", "point"], "hit": 1e-12, "witness": 1e-12, "distance": 1e-12}
 SIDES = [
     {
@@ -75,9 +75,9 @@ SIDES = [
             "x": A,
             "y": B,
             "margin": 0.0,
-            "interval": [-2.0, -2.0],
+            "interval": [-1.0, -1.0],
             "claims": [
-                {"kind": "escape", "n": [0.0, -1.0, 0.0], "faces": [[], []]},
+                {"kind": "escape", "n": [1.0, 0.0, 0.0], "faces": [[], []]},
                 {"kind": "core", "pairs": [[[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]], "triangles": []},
             ],
         },
