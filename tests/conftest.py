@@ -7,6 +7,7 @@ import os
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
+from mpmath import mp
 
 from oracles.draws import NumpyDraws
 from oracles.regimes import REGIMES
@@ -17,6 +18,7 @@ QUICK = {Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box}
 """Types whose scenes are drawn, answered and proven in a moment."""
 TURNS = 3
 
+mp.dps = 50  # of mpmath, in every test alike: whoever needs another number has it for a while only
 os.environ.pop("GITHUB_STEP_SUMMARY", None)  # runs within tests are not what a step has to tell
 
 settings.register_profile(

@@ -13,8 +13,6 @@ from typing import Any
 
 from mpmath import inf, mp, mpf
 
-mp.dps = 50
-
 Place = tuple[Fraction, Fraction]
 
 

@@ -28,7 +28,6 @@ from refimpl.shapes import (
     UnsupportedOperation,
 )
 
-mpmath.mp.dps = 50
 rng = np.random.default_rng(11)
 CUBE = np.concatenate([np.concatenate([np.eye(3), -np.eye(3)]), -np.ones((6, 1))], axis=1)
 TETRAHEDRON = np.concatenate([np.zeros((1, 3)), np.eye(3)])

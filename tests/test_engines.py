@@ -135,7 +135,7 @@ def growth(name: str, A: Kind, B: Kind, a: Array, b: Array) -> float:
     """By how much Bullet grows hulls and triangles towards each other."""
     if name == "fcl" or (Composite in (A, B) and Polyhedron in (A, B)):
         return 0.0
-    sides = zip((A, B), ENGINES[name].effective(DISTANCE, A, a, B, b), strict=True)
+    sides = zip((A, B), ENGINES[name].effective(DISTANCE, A, a[:1], B, b[:1]), strict=True)
     return sum(float(side.margin[0]) for kind, side in sides if kind in (*HULLS, Polyhedron))
 
 

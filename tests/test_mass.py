@@ -33,7 +33,6 @@ from refimpl.shapes import (
     UnsupportedOperation,
 )
 
-mpmath.mp.dps = 30
 rng = np.random.default_rng(12)
 TURN = np.array([0.1, 0.5, -0.3, 0.7])
 MATRIX = rotation_matrix(TURN)
