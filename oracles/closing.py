@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from oracles.bench import Workshop
 from oracles.engine import Engine
 from oracles.outcome import ANSWERED, Finding, Kind, Run
@@ -42,20 +44,25 @@ def _script(engine: Engine, finding: Finding) -> str:
 
 
 def silent_cells(run: Run) -> list[str]:
-    """Supported cells and regimes in which nothing was compared: silence would look like agreement."""
+    """Supported cells and regimes in which nothing was compared: silence would look like agreement.
+
+    An engine that supports none of the cells is no gap, unless there is no other one.
+    """
+    able = {engine for (engine, _, _), note in run.support.items() if note.kind != "unsupported"}
     silent = [
         f"{engine}: no answer was compared at all"
         for engine in run.engines
-        if not run.total(engine=engine, kinds=ANSWERED)
+        if (engine in able or not able) and not run.total(engine=engine, kinds=ANSWERED)
     ]
     compared = {
         key[:4] for key, count in run.counts.items() if count and key[4] not in (Kind.UNSUPPORTED, Kind.SKIPPED)
     }
+    answered = {(engine, pair) for (engine, _, pair), note in run.support.items() if note.kind != "unsupported"}
     for cell, note in run.support.items():
         engine, query, pair = cell
         refused = {key[3] for key, n in run.counts.items() if n and key[:3] == cell and key[4] is Kind.UNSUPPORTED}
         wanted = [name for name in run.regimes if is_for(name, query) and not (name in TURNING and name in refused)]
-        wanted = [name for name in wanted if _has_scenes(run, name, pair)]
+        wanted = [name for name in wanted if has_scenes(name, pair, answered)]
         lacking = [regime for regime in wanted if (*cell, regime) not in compared]
         if note.kind != "unsupported" and lacking:
             regimes = f"{len(lacking)} of {len(wanted)} regimes: {', '.join(lacking)}"
@@ -64,13 +71,18 @@ def silent_cells(run: Run) -> list[str]:
     return silent
 
 
-def _has_scenes(run: Run, regime: str, pair: str) -> bool:
-    """Whether a regime has scenes of a pair: models are of space, and thresholds of the engine's own world."""
+def has_scenes(regime: str, pair: str, answered: Collection[tuple[str, str]]) -> bool:
+    """Whether a regime has scenes of a pair: models are of space, and thresholds of the engine's own world.
+
+    Parameters
+    ----------
+    answered
+        Engines and pairs that they answer.
+    """
     kinds = [TYPES[name] for name in pair.split("–") if name in TYPES]
     flat = any(map(is_flat, kinds))
     owner = regime.removeprefix(THRESHOLDS_OF)
     if owner == regime:
         return is_drawn(regime, kinds)
-    answered = (p for (engine, _, p), note in run.support.items() if engine == owner and note.kind != "unsupported")
-    firsts = (TYPES.get(p.split("–")[0]) for p in answered)
+    firsts = (TYPES.get(name.split("–")[0]) for engine, name in answered if engine == owner)
     return any(kind is not None and is_flat(kind) == flat for kind in firsts)

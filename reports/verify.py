@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+from oracles.closing import has_scenes
 from oracles.outcome import COMPARED, Kind
 from oracles.records import certificate_from_json, proven_interval
 from oracles.scene import Scene
@@ -65,9 +66,10 @@ def _coverage(data: dict[str, Any]) -> Iterator[str]:
     cells = [e for e in data["support"] if e["kind"] in SUPPORTED]
     if not cells:
         yield "no engine supports any cell"
+    answered = {(cell["engine"], cell["pair"]) for cell in cells}
     for cell in cells:
         key = cell["engine"], cell["query"], cell["pair"]
-        regimes = regimes_for(cell["query"], data["regimes"])
+        regimes = [name for name in regimes_for(cell["query"], data["regimes"]) if has_scenes(name, key[2], answered)]
         silent = [regime for regime in regimes if compared[*key, regime] <= 0]
         if silent:
             where = "any regime" if len(silent) == len(regimes) else f"regime {', '.join(silent)}"
@@ -93,13 +95,15 @@ def _pages(folder: Path, data: dict[str, Any]) -> Iterator[str]:
 
 
 def _cases(folder: Path, data: dict[str, Any]) -> Iterator[str]:
-    """`junit.xml` must have a case for each cell, and for each entry of the ledger."""
+    """`junit.xml` must have a case for each cell, each entry of the ledger, and each question of a survey."""
     try:
         root = ElementTree.parse(folder / "junit.xml").getroot()
     except (OSError, ElementTree.ParseError) as error:
         yield f"cannot read junit.xml: {error}"
         return
-    wanted, cases = 1 + len(data["support"]) + len(data["ledger"]), len(root.findall("testsuite/testcase"))
+    asked = {(count["survey"], count["engine"], count["question"]) for count in data["surveys"]}
+    wanted = 1 + len(data["support"]) + len(data["ledger"]) + len(asked)
+    cases = len(root.findall("testsuite/testcase"))
     if cases != wanted:
         yield f"junit.xml has {cases} cases instead of {wanted}"
 

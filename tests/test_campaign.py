@@ -28,7 +28,7 @@ from tests.wrong_engines import (
     MissedContact,
     NotANumber,
     OffByAThousandth,
-    Raising,
+    RaisingFarOut,
     spec,
 )
 
@@ -67,7 +67,7 @@ WRONG = [
     (NotANumber, {(query, claims.NOT_A_NUMBER) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
     (CrashingFarOut, {(query, CRASHED) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
     (LeavingFarOut, {(query, CRASHED) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
-    (Raising, {(query, RAISED) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
+    (RaisingFarOut, {(query, RAISED) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
     (HangingFarOut, {(query, TIMED_OUT) for query in (DISTANCE, CONTACTS, BOOLEAN, RAYCAST)}),
 ]
 

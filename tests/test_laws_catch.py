@@ -84,7 +84,7 @@ LAWS: dict[str, tuple[str, Any, Any, tuple[tuple[type, type], ...]]] = {
     "growing, hit": ("intersect", lambda a, b: intersect(a, b) & (a.magnitude + b.magnitude < 5.0),
                      test_laws.test_growing_brings_nothing_farther, ((Sphere, Box), (Polyhedron, Composite))),
     "sign": ("intersect", blind_to_touching, test_laws.test_intersect_has_the_sign_of_the_distance,
-             ((Sphere, Box), (Polyhedron, Composite))),
+             ((Sphere, Box), (Sphere, Composite))),
     "free places": ("collide", by_a_billionth, test_laws.test_safe_positions_are_proven_free,
                     ((Sphere, Box), (Cylinder, Cylinder), (Sphere, Polyhedron))),
     "free places of all pieces": ("collide", of_the_deepest_pair,

@@ -220,20 +220,6 @@ class Hanging(Honest):
         return super().spoil(answer, row_a)
 
 
-class CrashingFarOut(Crashing):
-    """As the next two: lost in few scenes, where losing many tells no more and takes longer."""
-
-    beyond = 3.0
-
-
-class LeavingFarOut(Leaving):
-    beyond = 3.0
-
-
-class HangingFarOut(Hanging):
-    beyond = 3.0
-
-
 class Sleeping(Honest):
     """Takes as many seconds as A's first coordinate says, and no processor time."""
 
@@ -251,10 +237,30 @@ class Slow(Honest):
 
 
 class Raising(Honest):
+    beyond: ClassVar[float] = 0.0
+
     def spoil(self, answer: Answer, row_a: Row) -> AnswerRow:
-        if row_a[0] > 0:
+        if row_a[0] > self.beyond:
             raise ValueError("on purpose")
         return super().spoil(answer, row_a)
+
+
+class CrashingFarOut(Crashing):
+    """As the next three: lost in few scenes, where losing many tells no more and takes longer."""
+
+    beyond = 30.0
+
+
+class LeavingFarOut(Leaving):
+    beyond = 30.0
+
+
+class HangingFarOut(Hanging):
+    beyond = 30.0
+
+
+class RaisingFarOut(Raising):
+    beyond = 30.0
 
 
 class Picky(Honest):
@@ -320,7 +326,7 @@ class Switched(Honest):
         if fault == "flipped" and "normal" in answer:
             answer["normal"] = [-u for u in answer["normal"]]
         elif fault == "lost":
-            if row_a[0] > 3:
+            if row_a[0] > 30:
                 os.abort()
         elif fault and "distance" in answer:
             answer["distance"] += float(fault) if math.isfinite(answer["distance"]) else 0.0
