@@ -148,18 +148,15 @@ class AlongAxisMissed(Planted):
 
 @wrong(RAYCAST, "Ray–Capsule", RAY_MISSED, RAY_OFF)
 class GrazingMissed(Planted):
-    """An absolute epsilon where a relative one is needed: chords whose squares are under 1e-4 are no hits.
-
-    Of a ray that starts beside the rod, the way to its side is never taken for less than 0: a hit where it starts.
-    """
+    """An absolute epsilon where a relative one is needed: chords whose squares are under 1e-4 are no hits."""
 
     def half_chord(self, radius: float, off: float) -> float:
         half = super().half_chord(radius, off)
-        return half if half * half > 1e-4 else math.inf
+        return half if half * half > 1e-4 else -math.inf
 
     def ray_rod(self, ray: Line, rod: Rod) -> Hit | None:
         hit = super().ray_rod(ray, rod)
-        return hit if hit is None or hit.way > -math.inf else None
+        return hit if hit is None or hit.way < math.inf else None
 
 
 @wrong(RAYCAST, "Ray–AABB", RAY_MISSED)
