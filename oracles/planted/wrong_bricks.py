@@ -67,7 +67,7 @@ class FaceAxisMissing(Planted):
 class AxisNotNormalised(Planted):
     """Overlaps are measured along cross products of edges that were not brought to length 1.
 
-    Where boxes hardly overlap, a short product tells a depth that is right but for rounding, and a normal that is not.
+    Along a short product the depth comes out too small, so that a move by it does not separate either.
     """
 
     def edge_axes(self, a: Brick, b: Brick) -> list[Vec]:
