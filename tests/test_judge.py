@@ -381,7 +381,7 @@ def test_the_way_out_of_unions_must_free_and_touch() -> None:
 
 
 def test_an_answer_is_named_by_the_first_claim_that_its_tolerance_does_not_excuse() -> None:
-    """A depth that is too small by 0.05, along a normal by which a move leaves 0.23: which of both counts is declared."""
+    """A depth that is too small by 0.05, along a normal by which a move leaves 0.23."""
     tilted = {"distance": -0.45, "normal": [0.6, 0.8, 0], "on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
     named = [(verdict(Exact(absolute=t), OVERLAPPING, **tilted).symptom) for t in (0.0, 0.049, 0.051, 0.2, 0.3)]
     assert named == [claims.LONG, claims.LONG, claims.STUCK, claims.STUCK, ""]
