@@ -219,13 +219,13 @@ def test_kernels_say_the_same_by_python(
     a: np.ndarray[Any, Any], b: np.ndarray[Any, Any], offset: tuple[int, int]
 ) -> None:
     first, second = Sprite(a), Sprite(b, offset)
-    words, others = first._bits.words.tolist(), second._bits.words.tolist()
+    one, two = ((placed[0].tolist(), *placed[1:]) for placed in (first._placed, second._placed))
     both, (x, y) = on_canvas(first, second)
     found = np.argwhere(both).tolist()
     pixel = (found[0][1] + x, found[0][0] + y) if found else None
-    assert kernels.first_pixel(words, others, first._place, second._place) == pixel
-    assert kernels.meet(words, others, first._place, second._place) == (pixel is not None)
-    assert kernels.area(words, others, first._place, second._place) == len(found)
+    assert kernels.first_pixel(one, two) == pixel
+    assert kernels.meet(one, two) == (pixel is not None)
+    assert kernels.area(one, two) == len(found)
 
 
 def test_where_few_of_many_tiles_meet_each_step_of_the_search_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,13 +23,12 @@ ROWS = 16
 POPULATION = np.array([number.bit_count() for number in range(256)], dtype=np.uint8)
 """Bits of each byte, where numpy does not count them."""
 
-Place = tuple[int, int, int, int]
-"""Columns and rows at which a mask begins, and those at which it is over: left, top, right, bottom."""
-Numbers = NDArray[np.int64]
+Placed = tuple[NDArray[np.int64], int, int, int, int]
+"""Words of a mask, the columns and rows at which it begins, and those at which it is over: left, top, right, bottom."""
 
 
 class Compiled:
-    """Kernels on words and places of two masks, once they are compiled."""
+    """Kernels on two masks, once they are compiled."""
 
     __slots__ = ("area", "first_pixel", "meet")
 
@@ -38,9 +37,9 @@ class Compiled:
 
     def forget(self) -> None:
         """Go on without."""
-        self.meet: Callable[[Numbers, Numbers, Place, Place], bool] | None = None
-        self.first_pixel: Callable[[Numbers, Numbers, Place, Place], tuple[int, int] | None] | None = None
-        self.area: Callable[[Numbers, Numbers, Place, Place], int] | None = None
+        self.meet: Callable[[Placed, Placed], bool] | None = None
+        self.first_pixel: Callable[[Placed, Placed], tuple[int, int] | None] | None = None
+        self.area: Callable[[Placed, Placed], int] | None = None
 
 
 COMPILED = Compiled()
@@ -59,8 +58,8 @@ def compile_scans(calls: int = WORTH_COMPILING) -> bool:
 
 def _entry(kernel: Any) -> Any:
     """The compiled function behind a kernel: to tell the types of what is passed takes as long as the call."""
-    pixel, place = np.ones(1, dtype=np.int64), (0, 0, 1, 1)
-    kernel(pixel, pixel, place, place)
+    pixel = (np.ones(1, dtype=np.int64), 0, 0, 1, 1)
+    kernel(pixel, pixel)
     (compiled,) = kernel.overloads.values()
     return compiled.entry_point
 

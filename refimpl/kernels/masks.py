@@ -2,33 +2,35 @@
 
 A word holds 64 pixels of a row, the lowest bit the first; the words of a strip of 64 columns follow each other down the
 rows, strip after strip. They are signed, for only then do Python's integers and those of a machine have the same bits.
-A mask's place are the columns and rows at which it begins, and those at which it is over: left, top, right, bottom.
+A mask is its words, and the columns and rows at which it begins and at which it is over: left, top, right, bottom.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from . import brief, inlined, kernel
+from . import brief, inlined
 
 Words = Sequence[int]
-Place = tuple[int, int, int, int]
+Mask = tuple[Words, int, int, int, int]
 
 WORD = 64
 ROWS = 32
 """Words that are looked at before one asks whether any of them held something: machines take several at once."""
+FEW = 8
+"""Rows that are looked at first for the first pixel; then four times as many, and so on."""
 PLACES = 0xFFFFFFFF
 """No index has more bits; that none is negative is what compilers must see to take several words at once."""
 
 
 @inlined
-def _boxes_meet(a: Place, b: Place) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+def _boxes_meet(a: Mask, b: Mask) -> bool:
+    return a[1] < b[3] and b[1] < a[3] and a[2] < b[4] and b[2] < a[4]
 
 
 @inlined
-def _strips(place: Place) -> int:
-    return (place[2] - place[0] + WORD - 1) >> 6
+def _strips(mask: Mask) -> int:
+    return (mask[3] - mask[1] + WORD - 1) >> 6
 
 
 @inlined
@@ -37,7 +39,7 @@ def _lowest(bits: int) -> int:
     return -1 if bits == WORD else (1 << bits) - 1
 
 
-@kernel
+@inlined
 def _first(mine: Words, other: Words, here: int, there: int, aside: int, count: int) -> int:
     """Number of the first word of `mine` that has a pixel of another one `aside` columns to the right, or `count`."""
     one, two, both = max(0, aside), max(0, -aside), _lowest(WORD - abs(aside))
@@ -56,11 +58,12 @@ def _first(mine: Words, other: Words, here: int, there: int, aside: int, count: 
 
 
 @brief
-def meet(mine: Words, other: Words, a: Place, b: Place) -> bool:
+def meet(a: Mask, b: Mask) -> bool:
     """Whether two masks have a pixel in common."""
     if not _boxes_meet(a, b):
         return False
-    right, down, high, low = b[0] - a[0], b[1] - a[1], a[3] - a[1], b[3] - b[1]
+    mine, other = a[0], b[0]
+    right, down, high, low = b[1] - a[1], b[2] - a[2], a[4] - a[2], b[4] - b[2]
     top = max(0, down)
     count = min(high, down + low) - top
     for strip in range(max(0, right >> 6), _strips(a)):
@@ -74,21 +77,24 @@ def meet(mine: Words, other: Words, a: Place, b: Place) -> bool:
 
 
 @brief
-def first_pixel(mine: Words, other: Words, a: Place, b: Place) -> tuple[int, int] | None:
+def first_pixel(a: Mask, b: Mask) -> tuple[int, int] | None:
     """Column and row of the first pixel that two masks have in common, row by row from the top, each from the left."""
     if not _boxes_meet(a, b):
         return None
-    right, down, high, low = b[0] - a[0], b[1] - a[1], a[3] - a[1], b[3] - b[1]
+    mine, other = a[0], b[0]
+    right, down, high, low = b[1] - a[1], b[2] - a[2], a[4] - a[2], b[4] - b[2]
     top = max(0, down)
     count = min(high, down + low) - top
-    start, many = 0, 16
+    start, many = 0, FEW
     while start < count:  # no row below the first hit is looked at for long
         best = end = min(start + many, count)
         column, word = 0, 0
         for strip in range(max(0, right >> 6), _strips(a)):
+            if best == start:
+                break
             for second in range(max(0, (strip * WORD - right) >> 6), _strips(b)):
                 aside = second * WORD + right - strip * WORD
-                if aside >= WORD or best == start:
+                if aside >= WORD:
                     break
                 here, there = strip * high + top, second * low + top - down
                 row = start + _first(mine, other, here + start, there + start, aside, best - start)
@@ -99,13 +105,13 @@ def first_pixel(mine: Words, other: Words, a: Place, b: Place) -> tuple[int, int
             while word & 1 == 0:
                 word >>= 1
                 column += 1
-            return a[0] + column, a[1] + top + best
+            return a[1] + column, a[2] + top + best
         start, many = end, 4 * many
     return None
 
 
 @brief
-def area(mine: Words, other: Words, a: Place, b: Place) -> int:
+def area(a: Mask, b: Mask) -> int:
     """How many pixels two masks have in common.
 
     The bits of a word are added in pairs, fours and eights at once. Warren, Hacker's Delight, 5.1.
@@ -113,7 +119,8 @@ def area(mine: Words, other: Words, a: Place, b: Place) -> int:
     total = 0
     if not _boxes_meet(a, b):
         return total
-    right, down, high, low = b[0] - a[0], b[1] - a[1], a[3] - a[1], b[3] - b[1]
+    mine, other = a[0], b[0]
+    right, down, high, low = b[1] - a[1], b[2] - a[2], a[4] - a[2], b[4] - b[2]
     top = max(0, down)
     for strip in range(max(0, right >> 6), _strips(a)):
         for second in range(max(0, (strip * WORD - right) >> 6), _strips(b)):
