@@ -192,6 +192,8 @@ def test_what_is_no_mask_is_refused(mask: Any) -> None:
 def test_what_is_no_position_is_refused(position: Any) -> None:
     with pytest.raises(ShapeError, match=r"Sprite\.position"):
         Sprite([[True]], position)
+    with pytest.raises(ShapeError, match=r"Sprite\.pixel"):
+        assert position in Sprite([[True]])
 
 
 def test_a_mask_is_its_own_copy() -> None:

@@ -17,7 +17,7 @@ from refimpl.linear import Bools
 Words = NDArray[np.uint64]
 
 KEEPING = 1 << 20
-"""Pixels of a mask of which all shifted copies are kept, 8 bytes a pixel; of a larger one only the last."""
+"""Pixels of a mask of which all shifted copies and tiles are kept, 16 bytes a pixel; of a larger one only the last."""
 
 
 class BitMask:

@@ -144,7 +144,7 @@ class Sprite:
         return self.moved_to((self.position[0] + x, self.position[1] + y))
 
     def __contains__(self, pixel: Sequence[int]) -> bool:
-        x, y = pixel
+        x, y = _checked_position(pixel, "pixel")
         inside = self._left <= x < self._right and self._top <= y < self._bottom
         return inside and bool(self._bits.solid[y - self._top, x - self._left])
 
@@ -270,12 +270,12 @@ def _checked_mask(mask: ArrayLike) -> Bools:
     return solid
 
 
-def _checked_position(position: Sequence[int]) -> Pixel:
+def _checked_position(position: Sequence[int], name: str = "position") -> Pixel:
     try:
         x, y = position
         x, y = x.__index__(), y.__index__()
     except (TypeError, ValueError, AttributeError):
-        raise ShapeError(f"Sprite.position: expected two integers, got {position!r}") from None
+        raise ShapeError(f"Sprite.{name}: expected two integers, got {position!r}") from None
     if not (-FARTHEST <= x <= FARTHEST and -FARTHEST <= y <= FARTHEST):
-        raise ShapeError(f"Sprite.position: expected at most 2**62, got {(x, y)}")
+        raise ShapeError(f"Sprite.{name}: expected at most 2**62, got {(x, y)}")
     return x, y
