@@ -345,7 +345,7 @@ class Questioned:
 
         It is hardly more than the deepest pair has, or the engine does not promise it to be the least of the pair.
         """
-        overlapping = made & (self.answers.distance < 0)
+        overlapping = made & self.answered & (self.answers.distance < 0)
         if self.ways_out or not self.of_union or not overlapping.any():
             return np.zeros(len(made), dtype=bool)
         if self.query == CONTACTS and self.waived & OTHER_DEPTHS:
