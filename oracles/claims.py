@@ -239,7 +239,7 @@ class Questioned:
     def unusable(self) -> Bools:
         """Rows in which the engine owes a number and gave none, or gave one that no scene can have."""
         answers, hit = self.answers, self.answers.hit == 1
-        empty, endless = np.isnan(answers.hit), answers.distance == -np.inf
+        empty, endless = self.neither, answers.distance == -np.inf
         unmeasured = hit & ~endless & (np.isnan(answers.distance) | np.isnan(answers.normal).any(axis=-1))
         owed: dict[str, Bools] = {
             BOOLEAN: empty,
@@ -252,6 +252,11 @@ class Questioned:
         for vector in (answers.on_a, answers.on_b, answers.normal, answers.point):
             beyond |= (np.abs(vector) > LARGEST).any(axis=-1) & ~endless
         return self.answered & (owed[self.query] | beyond)
+
+    @cached_property
+    def neither(self) -> Bools:
+        """Rows in which the engine says neither that the shapes meet nor that they do not."""
+        return np.asarray((self.answers.hit != 0) & (self.answers.hit != 1))
 
     @property
     def world(self) -> World:

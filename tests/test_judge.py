@@ -380,6 +380,31 @@ def test_the_way_out_of_unions_must_free_and_touch() -> None:
     assert depth > 0.25
 
 
+HUGE = float("1e400")
+
+
+@pytest.mark.parametrize(
+    ("scene", "change", "symptom"),
+    [
+        (APART, {"distance": HUGE}, claims.LONG),
+        (APART, {"distance": 1e308}, claims.NOT_A_NUMBER),
+        (APART, {"on_a": [HUGE, 0, 0]}, claims.NOT_A_NUMBER),
+        (APART, {"normal": [HUGE, 0, 0]}, claims.NOT_A_NUMBER),
+        (OVERLAPPING, {"distance": -HUGE}, claims.SHORT),
+        (OVERLAPPING, {"point": [0, -HUGE, 0]}, claims.NOT_A_NUMBER),
+        (OVERLAPPING, {"hit": HUGE}, claims.NOT_A_NUMBER),
+        (OVERLAPPING, {"hit": 0.5}, claims.NOT_A_NUMBER),
+        (Scene(BOOLEAN, OVERLAPPING.a, OVERLAPPING.b, "generic"), {"hit": 2.0}, claims.NOT_A_NUMBER),
+        (BEAM, {"hit": -1.0}, claims.NOT_A_NUMBER),
+        (BEAM, {"t": HUGE}, claims.NOT_A_NUMBER),
+        (BEAM, {"point": [HUGE] * 3}, claims.NOT_A_NUMBER),
+    ],
+)
+def test_numbers_that_no_scene_can_have_are_wrong(scene: Scene, change: dict[str, Any], symptom: str) -> None:
+    found = verdict(Exact(), scene, **change)
+    assert (found.kind, found.symptom) == (Verdicts.WRONG, symptom)
+
+
 def test_an_answer_is_named_by_the_first_claim_that_its_tolerance_does_not_excuse() -> None:
     """A depth that is too small by 0.05, along a normal by which a move leaves 0.23."""
     tilted = {"distance": -0.45, "normal": [0.6, 0.8, 0], "on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
