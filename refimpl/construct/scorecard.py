@@ -208,6 +208,5 @@ def _half_meeting(proxy: Proxy, places: Array, count: int, rng: np.random.Genera
     ways = rng.uniform(0.0, 2.0, (2 * count, 1)) * (other - one)
     met = intersect(proxy, proxy.translated(ways))
     half = min(count // 2, int(np.sum(met)), int(np.sum(~met)))
-    if not half:
-        return ways[:count]
-    return np.asarray(ways[np.sort(np.concatenate([np.flatnonzero(met)[:half], np.flatnonzero(~met)[:half]]))])
+    chosen = np.sort(np.concatenate([np.flatnonzero(met)[:half], np.flatnonzero(~met)[:half]]))
+    return np.asarray(ways[chosen] if half else ways[:count])
