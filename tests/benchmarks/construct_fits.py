@@ -1,9 +1,10 @@
 """How well colliders fit: ``python -m tests.benchmarks.construct_fits [--write [FOLDER]] [--count N] [MODEL ...]``.
 
 Takes about two minutes of the processor, half of them for convex decompositions; ``--write`` makes the page
-``colliders.md`` of the studies, whose figures but the seconds are the same on every machine. A model is a mesh file, or the path of one within `pybullet_data`. Beside the fits stand the simple ways that they have
-to beat: the smallest enclosing ball, and the largest balls inside about centres that k-means finds for points inside.
-Distances are in thousandths of the model's longest side; seconds are of the processor, for the fit alone.
+``colliders.md`` of the studies, whose figures but the seconds are the same on every machine. A model is a mesh file, or
+the path of one within `pybullet_data`. Beside the fits stand the simple ways that they have to beat: the smallest
+enclosing ball, and the largest balls inside about centres that k-means finds for points inside. Distances are in
+thousandths of the model's longest side; seconds are of the processor, for the fit alone.
 """
 
 from __future__ import annotations
@@ -44,11 +45,12 @@ HERE, PAGE = Path(str(studies.__file__)).parent, "colliders.md"
 COUNT = 16
 COLUMNS = ("way", "parts", "IoU", "covered", "outside", "mean", "stands out", "Hausdorff", "s")
 TEXT = (
-    "Colliders of at most {count} parts for models that PyBullet ships, and for a torus: the intersection of both volumes "
-    "over their union (IoU), the share of the model that is covered, and what lies outside, by the model's volume; the "
-    "two-sided mean distance of the surfaces, how far the collider's stands out on average, and the largest distance "
-    "(Hausdorff), in thousandths of the model's longest side; seconds of the processor for the fit alone. The first two "
-    "ways are what the others have to beat. Packed and medial spheres stay inside: they cannot have the best IoU."
+    "Colliders of at most {count} parts for models that PyBullet ships, and for a torus. IoU: the intersection of both "
+    "volumes over their union; covered: the share of the model that is covered; outside: what lies outside of it, by "
+    "its volume; mean: the two-sided mean distance of the surfaces; stands out: how far the collider's does on "
+    "average; Hausdorff: the largest distance; all three in thousandths of the model's longest side; s: seconds of the "
+    "processor for the fit alone. The first two ways are what the others have to beat. Packed and medial spheres stay "
+    "inside, and so cannot have the best IoU."
 )
 MODELS = ("bunny.obj", "franka_panda/meshes/collision/link0.obj", "laikago/chassis.stl", "torus of 10 000 faces")
 
