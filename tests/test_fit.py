@@ -154,6 +154,12 @@ BAD: dict[str, tuple[bytes, str]] = {
     "billion.ply": (PLY % (b"binary_little_endian", 10**9, 10**9) + b"\0\0", "is broken: ValueError"),
     "lies.ply": (PLY % (b"ascii", 3, 10**9) + b"0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "open: the edge"),
     "index.obj": (b"v 0 0 0\nf -1 -2 -3\nf 1 2 99999999999\n", "is broken: IndexError"),
+    "polygon.obj": (CUBE + b"f" + b" 1" * 2**24, "room for millions"),
+    "polygons.ply": (
+        (PLY % (b"binary_little_endian", 3, 2**16)).replace(b"int", b"uchar") + bytes(2**24),
+        "room for millions",
+    ),
+    "head.ply": (b"ply\nformat ascii 1.0\n" + b"property float x\n" * 2**16, "its head does not end"),
     "corners.obj": (CUBE + b"f" + b" 1" * 200_000, "200010 faces, more than 200000"),
     "words.stl": (b"solid " + b"(" * 10**6, "holds no triangle"),
     "bomb.urdf": (b'<!DOCTYPE r [<!ENTITY a "aa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>', "line 1: a document type"),
