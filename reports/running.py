@@ -28,8 +28,8 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Engine to question: fcl, bullet, pybullet-defaults, bullet-stepping, bullet-ccd, or your own as "
-            "module:class or file.py:class; may be repeated. Default: all installed.",
+            help="Engine to question: fcl, bullet, pybullet-defaults, bullet-stepping, bullet-ccd, pymunk, or your own "
+            "as module:class or file.py:class; may be repeated. Default: all installed.",
         ),
     ] = None,
     pair: Annotated[
