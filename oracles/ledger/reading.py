@@ -7,15 +7,18 @@ import os
 import re
 import stat
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import fields
 from datetime import date, datetime
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 
+from oracles.engine import NAME as ENGINE_NAME
 from oracles.ledger.entry import Entry, FirstSeen
+from oracles.scene import QUERIES, cells
 
 MOST_BYTES = 1_000_000
 MOST_ENTRIES, MOST_ITEMS = 2_000, 64
@@ -23,7 +26,6 @@ LONGEST_TEXT, LONGEST_PATTERN = 4_000, 200
 REFERENCE = "refimpl"
 
 NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
-ENGINE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,99}")
 WITNESS = re.compile(r"[0-9a-f]{12}")
 LINK = re.compile(r"https?://[!-~]{1,400}")
 
@@ -136,7 +138,7 @@ def _matching(pattern: re.Pattern[str], meaning: str) -> Callable[[Any, str], st
 
 
 _name = _matching(NAME, "small letters, digits and dashes, at most 100")
-_engine_name = _matching(ENGINE, "an engine's name")
+_engine_name = _matching(ENGINE_NAME, "an engine's name")
 _link = _matching(LINK, "a link with http or https")
 _witness = _matching(WITNESS, "an id of 12 hexadecimal digits")
 
@@ -161,6 +163,20 @@ def _several(parse: Callable[[Any, str], str]) -> Callable[[Any, str], tuple[str
 
 def _pattern(value: Any, place: str) -> str:
     return _text(value, place, LONGEST_PATTERN)
+
+
+def _pattern_of(names: Collection[str], what: str) -> Callable[[Any, str], str]:
+    """Make the parser of a pattern that has to fit one of these names; a pair may be written with any dash."""
+
+    def parse(value: Any, place: str) -> str:
+        pattern = _pattern(value, place)
+        if "[" not in pattern:
+            pattern = re.sub("[-—]", "–", pattern)
+        if not any(fnmatchcase(name, pattern) for name in names):
+            raise LedgerError(f"{place} {repr(value)[:80]} fits no {what}")
+        return pattern
+
+    return parse
 
 
 def _number(value: Any, place: str) -> float:
@@ -193,13 +209,13 @@ def _first_seen(value: Any, place: str) -> FirstSeen:
     return FirstSeen(day, _text(value["version"], f"{place}.version", LONGEST_PATTERN))
 
 
-_patterns = _several(_pattern)
-
 FIELDS: dict[str, Callable[[Any, str], Any]] = {
     "engine": _engine,
     "name": _name,
     "cause": _text,
-    **dict.fromkeys(("query", "pair", "symptom", "degeneracy", "regime"), _patterns),
+    "query": _several(_pattern_of(QUERIES, f"query; there are {', '.join(QUERIES)}")),
+    "pair": _several(_pattern_of({cell.pair for cell in cells()}, "pair of the table, such as Sphere–Box")),
+    **dict.fromkeys(("symptom", "degeneracy", "regime"), _several(_pattern)),
     "decades": _decades,
     **dict.fromkeys(("at_most", "within", "thinner_than", "larger_than", "smaller_than", "slower_than"), _number),
     "versions": _versions,

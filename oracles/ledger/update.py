@@ -1,7 +1,8 @@
 """What has to be added to the ledger, and taken out, for a run to be as expected: the exact text, and its writing.
 
-What is new goes to the user's last file, or to the lists of the package where there is none; an entry is taken out of
-the file that it stands in, and one that is shipped is retired by the user's file. Comments and order stay.
+What is new goes to the user's last file; where there is none, to the lists of the package, if they are those of a clone
+and have the engine, or to a new file. An entry is taken out of the file that it stands in, and one that is shipped is
+retired by the user's file. Comments and order stay.
 Nothing that speaks against the reference is ever written.
 """
 
@@ -23,6 +24,7 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import AoT, Table
 
+from oracles.engines import SHIPPED as ENGINES
 from oracles.ledger.entry import ANY, ANY_DECADE, Entry, FirstSeen
 from oracles.ledger.files import SHIPPED, Ledger
 from oracles.ledger.reading import FIELDS, LONGEST_TEXT, REFERENCE, LedgerError, read_table
@@ -125,7 +127,7 @@ def _outdate(entry: Entry, note: EntryNote, run: Run, ledger: Ledger, found: Cha
     elif _writable(entry, ledger):
         found.of(Path(entry.file)).remove.append(entry.key)
     else:
-        found.of(ledger.own[-1]).retire.append(entry.key)
+        found.of(_file_for(entry.engine, ledger)).retire.append(entry.key)
 
 
 def _refresh(entry: Entry, kept: list[Witness], run: Run, ledger: Ledger, found: Changes) -> None:
@@ -139,20 +141,33 @@ def _refresh(entry: Entry, kept: list[Witness], run: Run, ledger: Ledger, found:
         found.of(path).mend[entry.key] = tuple(witness.id for witness in kept)
         found.witnesses += [(path.parent, witness) for witness in kept]
     else:
-        found.of(ledger.own[-1]).retire.append(entry.key)
+        found.of(_file_for(entry.engine, ledger)).retire.append(entry.key)
         _add(entry, kept, ledger, found)
 
 
 def _writable(entry: Entry, ledger: Ledger) -> bool:
     """Whether the file that an entry stands in is one of those that are written."""
-    return Path(entry.file) in ledger.own or not ledger.own
+    return Path(entry.file) in ledger.own or (not ledger.own and _shipped_is_source())
 
 
 def _add(entry: Entry, witnesses: Iterable[Witness], ledger: Ledger, found: Changes) -> None:
     kept = list(witnesses)
-    path = ledger.own[-1] if ledger.own else SHIPPED / f"{entry.engine}.toml"
+    path = _file_for(entry.engine, ledger)
     found.of(path).add.append(replace(entry, witnesses=tuple(w.id for w in kept), file=str(path)))
     found.witnesses += [(path.parent, witness) for witness in kept]
+
+
+def _file_for(engine: str, ledger: Ledger) -> Path:
+    """File to which is added: the user's last; without one the package's where that may be written, else a new one."""
+    if ledger.own:
+        return ledger.own[-1]
+    folder = SHIPPED if engine in ENGINES and _shipped_is_source() else Path()
+    return folder / (re.sub(r"[^\w.+-]", "_", engine) + ".toml")
+
+
+def _shipped_is_source() -> bool:
+    """Whether the shipped lists are those of a clone, and not of an installed package."""
+    return (SHIPPED.parent.parent / "pyproject.toml").exists()
 
 
 def _witnesses(buckets: Iterable[Bucket], version: str) -> list[Witness]:
@@ -196,7 +211,7 @@ def described(found: Changes) -> str:
     parts = []
     for path, change in found.files.items():
         document = _document(path)
-        engine = _engine_of(document, path)
+        engine = _engine_of(document)
         items = {_key(item, engine): item for item in _tables(document, "entry", path)}
         gone = [_alone(item) for key, item in items.items() if key in change.remove or key in change.mend]
         if gone:
@@ -239,9 +254,9 @@ def _tables(document: Any, name: str, path: Path) -> AoT:
     return found
 
 
-def _engine_of(document: Any, path: Path) -> str:
+def _engine_of(document: Any) -> str:
     """Engine that the entries of a file are about unless they say otherwise."""
-    return str(document.get("engine", path.stem if path.parent == SHIPPED else ""))
+    return str(document.get("engine", ""))
 
 
 def _key(item: Table, engine: str) -> tuple[str, str]:
@@ -292,7 +307,7 @@ def _item(name: str, value: Any) -> Any:
 def require_writable(ledger: Ledger) -> None:
     """Raise `LedgerError` unless what is new could be written."""
     path = ledger.own[-1] if ledger.own else SHIPPED
-    if not ledger.own and not (SHIPPED.parent.parent / "pyproject.toml").exists():
+    if not ledger.own and not _shipped_is_source():
         raise LedgerError(f"the ledger in {path} is part of an installed package: name a file with --ledger FILE")
     _require(path)
 
@@ -316,7 +331,7 @@ def write(found: Changes) -> None:
         _replace(path_of(folder, witness.engine, witness.id), witness.to_text())
     for path, change in found.files.items():
         document = _document(path)
-        engine = _engine_of(document, path)
+        engine = _engine_of(document)
         entries = _tables(document, "entry", path)
         before = _listed(entries, engine)
         for i in reversed(range(len(entries))):
@@ -355,7 +370,7 @@ def _forget(folder: Path, before: Iterable[tuple[str, str]]) -> None:
     listed: set[tuple[str, str]] = set()
     for path in folder.glob("*.toml"):
         document = _document(path)
-        listed |= _listed(_tables(document, "entry", path), _engine_of(document, path))
+        listed |= _listed(_tables(document, "entry", path), _engine_of(document))
     for engine, name in set(before) - listed:
         with suppress(OSError):
             path_of(folder, engine, name).unlink()
