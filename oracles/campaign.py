@@ -98,10 +98,11 @@ class Campaign:
         """All tasks of the plan that there is time for."""
         budget = self.run.budget
         late = max(2 * budget, budget + PATIENCE)
-        self._do(plan.replays(self.filing.buckets.ledger, self.run.engines, self.pairs), until=late)
+        asked = self.filing.buckets.ledger, self.run.engines, self.pairs
+        self._do(plan.replays(*asked), until=late)
         self._do(plan.first_pass(self.answered, self.run.seed), until=late)
-        self._do(plan.crowds(self.run.engines, self.pairs), until=late)
-        self._do(plan.surveys(self.run.engines, self.pairs), until=late)
+        self._do(plan.crowds(*asked), until=late)
+        self._do(plan.surveys(*asked), until=late)
         if not self.passes and self.elapsed > budget + PATIENCE:
             self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
         hunted = (1 - BOILING) * budget
@@ -287,6 +288,7 @@ def run_campaign(
         shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models, examples))
         wanted = opening.wanted_pairs(pairs, [bench.engine for bench in shop.benches])
         run = opening.run_of(shop, wanted, budget)
+        run.engine_versions = plan.versions(run.engines, wanted) | run.engine_versions
         run.passes = passes
         if not isinstance(executor, Here):
             shop.rest()

@@ -20,7 +20,7 @@ from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, di
 from refimpl.flat import Disc, FlatPoint, FlatRay, Rectangle, Segment
 from refimpl.linear import Array, Bools, norm
 from refimpl.overlaps import resolve
-from refimpl.pairs import ITERATIVE, Rule
+from refimpl.pairs import CLOSED, ITERATIVE, Rule
 from refimpl.proof import Certificate, certify, check
 from refimpl.proof.claims import Bound
 from refimpl.shapes import Composite, Polyhedron
@@ -54,6 +54,11 @@ def rule_of(x: Kind, y: Kind) -> Rule:
     return table[x, y] if (x, y) in table else table[y, x]
 
 
+def _is_formula(x: Kind, y: Kind) -> bool:
+    """Whether a pair is answered by a formula that reads no corners."""
+    return rule_of(x, y).exactness == CLOSED and not (x.header or y.header)
+
+
 def error_of(x: Proxy, y: Proxy) -> float:
     """By how much the reference may be wrong about these, relative to the scene's size."""
     return SEARCH_ERROR if rule_of(type(x), type(y)).exactness == ITERATIVE else DIRECT_ERROR
@@ -69,7 +74,7 @@ def signed(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
     ):  # a ball: of radius 0, perhaps
         sigma = np.where(wanted, norm(x.position - y.p) - y.radius, 0.0)
         return sigma, sigma
-    if is_quick(type(x), type(y)):
+    if is_quick(type(x), type(y)) or _is_formula(type(x), type(y)):
         with timed("reference"):
             sigma = np.where(wanted, distance(x, y).distance, 0.0)
         return sigma, sigma

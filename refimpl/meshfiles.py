@@ -17,6 +17,8 @@ from refimpl.proxy import ShapeError
 from refimpl.repairs import Mesh
 
 FORMATS = ("obj", "off", "ply", "stl")
+NO_FACES = "holds no triangle"
+"""What is said of a file of nothing or of points."""
 
 
 class FileError(ShapeError):
@@ -56,6 +58,14 @@ def parsed(data: bytes, form: str, *, split: bool) -> list[Mesh]:
     split : bool
         Make each object and group of an OBJ a mesh of its own.
     """
+    found = [g for g in geometries(data, form, split=split) if len(getattr(g, "faces", ()))]
+    if not found:
+        raise FileError(NO_FACES)
+    return [numbers(mesh) for mesh in found]
+
+
+def geometries(data: bytes, form: str, *, split: bool = False) -> list[Any]:
+    """What trimesh makes of a file's content: meshes and point clouds; arguments and errors as for `parsed`."""
     try:
         import trimesh  # noqa: PLC0415  an extra, and slow to import
     except ImportError:
@@ -66,12 +76,9 @@ def parsed(data: bytes, form: str, *, split: bool) -> list[Mesh]:
         options = {"skip_materials": True, "split_objects": split, "split_groups": split, "group_material": False}
     try:
         scene = trimesh.load_scene(io.BytesIO(_text_in_utf8(data, form)), file_type=form, process=False, **options)
-        found = [g for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh) and len(g.faces)]
+        return [found for found in scene.geometry.values() if isinstance(found, trimesh.Trimesh | trimesh.PointCloud)]
     except Exception as error:  # a parser meets what nobody foresaw: any complaint of its means a broken file
         raise FileError(f"is broken: {type(error).__name__}: {str(error)[:200]}") from None
-    if not found:
-        raise FileError("holds no triangle")
-    return [numbers(mesh) for mesh in found]
 
 
 def _text_in_utf8(data: bytes, form: str) -> bytes:

@@ -11,14 +11,14 @@ from reports.options import BadInput
 
 if TYPE_CHECKING:
     from oracles.ledger import Ledger
-    from oracles.ledger.update import Changes
+    from oracles.ledger.writing import Changes
     from oracles.outcome import Run
 
 
 def load(own: Sequence[Path], engines: Sequence[str], *, update: bool) -> Ledger:
     """Ledger of the run: the user's files, of which the last is made when it is to be written, and the shipped ones."""
     from oracles.ledger import Ledger, LedgerError  # noqa: PLC0415
-    from oracles.ledger.update import require_writable  # noqa: PLC0415
+    from oracles.ledger.writing import require_writable  # noqa: PLC0415
 
     foreign = [name for name in engines if ":" in name]
     if update and foreign and not own:
@@ -38,7 +38,8 @@ def settle(found: Run, ledger: Ledger, *, update: bool) -> bool:
     """Print what would have to change in the ledger, and write it if asked to; whether all is as expected then."""
     from oracles.interrupts import ignored  # noqa: PLC0415
     from oracles.ledger import LedgerError  # noqa: PLC0415
-    from oracles.ledger.update import changes, described, write  # noqa: PLC0415
+    from oracles.ledger.update import changes  # noqa: PLC0415
+    from oracles.ledger.writing import described, write  # noqa: PLC0415
 
     wanted = changes(found, ledger, fill=update)
     if not wanted.files:

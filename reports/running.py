@@ -241,5 +241,17 @@ def exit_status(found: Run, *, settled: bool = True) -> int:
         return REFERENCE_WRONG
     if found.interrupted:
         return INTERRUPTED
-    broken = any(count.wrong for count in found.crowds) or any(count.failed for count in found.surveys)
-    return INCOMPLETE if found.problems or broken or not settled else FINISHED
+    return INCOMPLETE if found.problems or broken(found) or not settled else FINISHED
+
+
+def broken(found: Run) -> bool:
+    """Whether a survey or a crowd shows what no ledger can list: of the reference, or without a witness."""
+    from oracles.fault import BROAD_PHASE, survey_query  # noqa: PLC0415
+    from oracles.ledger.studies import failed_in  # noqa: PLC0415
+
+    shown = {(one.engine, one.query, one.pair) for one in failed_in(found) if not one.entry}
+    failed = {(c.engine, survey_query(c.survey), c.question) for c in found.surveys if c.failed}
+    crowds = {c.engine for c in found.crowds if c.wrong} - {
+        engine for engine, query, _ in shown if query == BROAD_PHASE
+    }
+    return bool(failed - shown or crowds)

@@ -380,6 +380,13 @@ def test_the_way_out_of_unions_must_free_and_touch() -> None:
     assert depth > 0.25
 
 
+def test_an_answer_is_named_by_the_first_claim_that_its_tolerance_does_not_excuse() -> None:
+    """A depth that is too small by 0.05, along a normal by which a move leaves 0.23."""
+    tilted = {"distance": -0.45, "normal": [0.6, 0.8, 0], "on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
+    named = [(verdict(Exact(absolute=t), OVERLAPPING, **tilted).symptom) for t in (0.0, 0.049, 0.051, 0.2, 0.3)]
+    assert named == [claims.LONG, claims.LONG, claims.STUCK, claims.STUCK, ""]
+
+
 def test_an_overlap_whose_depth_is_not_told_is_an_overlap_all_the_same() -> None:
     nothing = {"on_a": [np.nan] * 3, "on_b": [np.nan] * 3, "normal": [np.nan] * 3}
     overlap = Scene(DISTANCE, OVERLAPPING.a, OVERLAPPING.b, "generic")

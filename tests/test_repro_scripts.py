@@ -25,7 +25,7 @@ from oracles.engines import available_engines, load_engine
 from oracles.judges import Judges
 from oracles.ledger import Ledger
 from oracles.ledger.files import SHIPPED
-from oracles.ledger.witness import load_witness
+from oracles.ledger.witness import Witness, load_witness
 from oracles.outcome import Finding, Kind, Related, Verdict
 from oracles.relations import RELATIONS
 from oracles.repro import script_of
@@ -54,7 +54,9 @@ def known_findings() -> dict[str, tuple[str, str]]:
     """A witness of the ledger for each engine and symptom."""
     found: dict[str, tuple[str, str]] = {}
     for path in sorted(SHIPPED.glob("witnesses/*/*.json")):
-        told = json.loads(path.read_text("utf-8"))["finding"]
+        told = json.loads(path.read_text("utf-8")).get("finding")
+        if told is None:  # of a survey, or of a crowd
+            continue
         found.setdefault(f"{told['engine']} {told['symptom']}", (told["engine"], path.stem))
     return found
 
@@ -67,7 +69,9 @@ QUICK = [name for name in KNOWN if not name.endswith("in time")]
 def known(name: str) -> Finding:
     """A witness, with the verdict that its answer has today."""
     engine, stem = KNOWN[name]
-    finding = load_witness(SHIPPED, engine, stem).finding
+    kept = load_witness(SHIPPED, engine, stem)
+    assert isinstance(kept, Witness)
+    finding = kept.finding
     if finding.verdict.kind is not Kind.WRONG or not finding.answer:
         return finding
     verdict = Judges(engine_of(engine)).convict(finding.scene, answers_of(finding.answer))

@@ -106,7 +106,7 @@ def test_a_wrong_engine_is_caught_and_shown_by_small_masks(
     found = verdicts(engine, cases)
     assert any(count.wrong for count in found)
     assert not any(count.lost for count in found)
-    shown = [count.witness for count in found if count.witness]
+    shown = [witness for count in found for witness in count.witnesses]
     assert "area" in {witness.case.question for witness in shown}
     for witness in shown:
         pair = pair_of(witness.case.data)
@@ -122,7 +122,7 @@ def test_a_wrong_engine_is_caught_and_shown_by_small_masks(
 def test_this_project_s_sprites_and_pygame_s_are_found_right() -> None:
     pytest.importorskip("pygame")
     for engine in Sprites.engines:
-        assert all(count.right == count.asked > 0 for count in question("sprites", engine, 1))
+        assert all(count.right == count.asked > 0 for count in question("sprites", engine, 1)[0])
 
 
 def test_nonsense_is_lost_and_damaged_cases_are_refused(cases: list[Case]) -> None:

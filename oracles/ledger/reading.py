@@ -7,7 +7,7 @@ import os
 import re
 import stat
 import tomllib
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import fields
 from datetime import date, datetime
 from fnmatch import fnmatchcase
@@ -17,8 +17,10 @@ from typing import Any
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 
 from oracles.engine import NAME as ENGINE_NAME
+from oracles.fault import BROAD_PHASE, survey_query
 from oracles.ledger.entry import Entry, FirstSeen
 from oracles.scene import QUERIES, cells
+from oracles.surveys import SURVEYS
 
 MOST_BYTES = 1_000_000
 MOST_ENTRIES, MOST_ITEMS = 2_000, 64
@@ -165,18 +167,19 @@ def _pattern(value: Any, place: str) -> str:
     return _text(value, place, LONGEST_PATTERN)
 
 
-def _pattern_of(names: Collection[str], what: str) -> Callable[[Any, str], str]:
-    """Make the parser of a pattern that has to fit one of these names; a pair may be written with any dash."""
+def _query(value: Any, place: str) -> str:
+    pattern = _pattern(value, place)
+    names = (*QUERIES, BROAD_PHASE, *map(survey_query, SURVEYS))
+    if not any(fnmatchcase(name, pattern) for name in names):
+        raise LedgerError(f"{place} {repr(value)[:80]} fits no query; there are {', '.join(names)}")
+    return pattern
 
-    def parse(value: Any, place: str) -> str:
-        pattern = _pattern(value, place)
-        if "[" not in pattern:
-            pattern = re.sub("[-—]", "–", pattern)
-        if not any(fnmatchcase(name, pattern) for name in names):
-            raise LedgerError(f"{place} {repr(value)[:80]} fits no {what}")
-        return pattern
 
-    return parse
+def _pair(value: Any, place: str) -> str:
+    """Pattern of pairs, which may be written with any dash, or of what surveys and crowds ask."""
+    pattern = _pattern(value, place)
+    dashed = re.sub("[-—]", "–", pattern)
+    return dashed if any(fnmatchcase(cell.pair, dashed) for cell in cells()) else pattern
 
 
 def _number(value: Any, place: str) -> float:
@@ -213,8 +216,8 @@ FIELDS: dict[str, Callable[[Any, str], Any]] = {
     "engine": _engine,
     "name": _name,
     "cause": _text,
-    "query": _several(_pattern_of(QUERIES, f"query; there are {', '.join(QUERIES)}")),
-    "pair": _several(_pattern_of({cell.pair for cell in cells()}, "pair of the table, such as Sphere–Box")),
+    "query": _several(_query),
+    "pair": _several(_pair),
     **dict.fromkeys(("symptom", "degeneracy", "regime"), _several(_pattern)),
     "decades": _decades,
     **dict.fromkeys(("at_most", "within", "thinner_than", "larger_than", "smaller_than", "slower_than"), _number),

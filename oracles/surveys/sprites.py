@@ -185,7 +185,9 @@ class Sprites(Survey):
     engines: ClassVar = MappingProxyType(
         {
             REFERENCE: Library("oracles.surveys.sprites_engines:Reference", "refimpl", "proxyproof"),
-            "pygame": Library("oracles.surveys.sprites_engines:Pygame", "pygame", "pygame-ce (the extra 'sprites')"),
+            "pygame": Library(
+                "oracles.surveys.sprites_engines:Pygame", "pygame", "pygame-ce (the extra 'sprites')", "pygame-ce"
+            ),
         }
     )
 
