@@ -134,7 +134,8 @@ def run(
         asked.fill_in(resume)
         if out not in (None, resume):
             raise BadInput(f"--resume goes on in its own folder: leave out --out {str(out)!r}")
-    question = asked.question() | {"ledger": ledgers.load(ledger or [], update=update_ledger)}
+    question = asked.question()
+    question["ledger"] = ledgers.load(ledger or [], question["engines"], update=update_ledger)
     found = _campaign(question, lambda: _executor(workers, dask), resume or out or OUT, resume=resume is not None)
     return exit_status(found, settled=ledgers.settle(found, question["ledger"], update=update_ledger))
 

@@ -275,12 +275,35 @@ def answer_by(kind: type[Honest], scene: Scene) -> dict[str, object]:
 def test_an_engine_of_one_s_own_is_asked_by_its_module(tmp_path: Path) -> None:
     answer = answer_by(OffByAThousandth, TOUCHING)
     text = of_own(OffByAThousandth, TOUCHING, answer)
-    assert '["tests", "the module of this engine"]' in text
+    assert '["tests", "the module of this engine: ' in text
     ran = run_own(text, tmp_path)
     assert ran.status == 1
     assert "honest answers" in ran.printed
     assert "verdict: WRONG: distance too" in ran.printed
     assert run_script(tmp_path / "script.py").printed.startswith("not installed: ")
+
+
+def test_an_engine_in_a_file_of_its_own_is_found_in_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, file = tmp_path / "engine", tmp_path / "script.py"
+    folder.mkdir()
+    (folder / "nearly.py").write_text(NEARLY, "utf-8")
+    engine = load_engine(f"{folder / 'nearly.py'}:Nearly")
+    finding = Finding("nearly", TOUCHING, {}, {}, Verdict(Kind.CRASHED, "error raised"))
+    file.write_text(script_of(engine, finding), "utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    for current, status, words in ((tmp_path, 2, "not installed: nearly ("), (folder, 1, "RuntimeError: not yet")):
+        ran = subprocess.run([sys.executable, file], capture_output=True, text=True, cwd=current, check=False)
+        assert (ran.returncode, words in ran.stdout) == (status, True), ran.stdout
+
+
+NEARLY = """from tests.wrong_engines import Honest
+
+class Nearly(Honest):
+    def solver(self, *cell):
+        raise RuntimeError("not yet")
+"""
 
 
 @pytest.mark.parametrize(
