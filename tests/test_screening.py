@@ -16,7 +16,8 @@ from oracles.answers import reference_answers, take
 from oracles.batch import Batch
 from oracles.claims import NEITHER, NOT_A_NUMBER, Questioned
 from oracles.draws import NumpyDraws
-from oracles.engine import COLUMNS, WIDTH, Answers, Status
+from oracles.engine import COLUMNS, WIDTH, Answers, Array, Effective, Status
+from oracles.engine import Kind as Type
 from oracles.outcome import Kind
 from oracles.regimes import REGIMES
 from oracles.rules import Rules
@@ -147,6 +148,38 @@ def test_the_error_is_that_of_the_value_before_any_tolerance() -> None:
         np.testing.assert_allclose(found.error[right.hit == 1], np.abs(off[right.hit == 1]), atol=1e-12)
         assert np.isnan(found.error[right.hit == 0]).all()
     assert np.isnan(screen(Rules(Exact()), Cell(BOOLEAN, Sphere, Box), a, b, answers).error).all()
+
+
+class Larger(AnyDepth):
+    """Declares that the depths of its contacts are not the pair's, and that it takes balls for larger ones."""
+
+    def effective(self, query: str, A: Type, rows_a: Array, B: Type, rows_b: Array) -> tuple[Effective, Effective]:
+        return Effective(A, rows_a + np.array([0.0, 0.0, 0.0, 0.25]), np.zeros(len(rows_a))), Effective.exactly(
+            B, rows_b
+        )
+
+
+def test_what_is_not_meant_to_be_the_depth_of_the_pair_is_measured_on_the_shapes_given() -> None:
+    a, b = Sphere(np.zeros((2, 3)), np.ones(2)), Sphere([[1.5, 0.0, 0.0], [1.0, 0.0, 0.0]], np.ones(2))
+    table = np.full((2, WIDTH), np.nan)
+    table[:, 0], table[:, 1] = 1.0, (-0.75, -1.0)  # the first is right of the larger ball, the second of the given one
+    table[:, 8:11] = (1.0, 0.0, 0.0)
+    answers = Answers.from_table(np.zeros(2, dtype=np.int8), table, {})
+    found = screen(Rules(Larger()), Cell(CONTACTS, Sphere, Sphere), a, b, answers)
+    np.testing.assert_allclose(found.error, [0.25, 0.0], atol=1e-12)
+    assert found.kind[0] is Kind.CONVENTION
+
+
+def test_no_upper_bound_of_a_depth_is_looked_for_where_no_claim_has_one() -> None:
+    """It is that of the other way out where it was looked for, and the same from below."""
+    draws = NumpyDraws(3, (0, 8), 40)
+    a, b = REGIMES["deep"](draws, Sphere, Composite)
+    wanted = np.arange(40) % 5 != 0
+    least, most = reference.signed(a, b, wanted)
+    alike, same = reference.signed(a, b, wanted, above=False)
+    np.testing.assert_array_equal(alike, least)
+    np.testing.assert_array_equal(same, least)
+    assert (most > least).any()
 
 
 def test_pressure_is_the_error_by_the_tolerance() -> None:
