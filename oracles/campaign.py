@@ -228,6 +228,7 @@ def run_campaign(
     ledger: Ledger | None = None,
     models: str | None = None,
     examples: int = MANY_EXAMPLES,
+    database: str | None = None,
     executor: Executor | None = None,
     enough: Callable[[Run], bool] | None = None,
     folder: Path | None = None,
@@ -256,6 +257,8 @@ def run_campaign(
         Folder from which the regime `models` takes its geometry; by default what PyBullet ships.
     examples
         Scenes that each attack of Hypothesis generates.
+    database
+        Folder in which Hypothesis keeps what fails, and tries it first the next time: what is found depends on it too.
     executor
         What does the tasks: anything of `concurrent.futures`, by default this process. It is shut down.
     enough
@@ -279,7 +282,7 @@ def run_campaign(
     """
     executor = executor or Here()
     try:
-        shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models, examples))
+        shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models, examples, database))
         wanted = opening.wanted_pairs(pairs, [bench.engine for bench in shop.benches])
         run = opening.run_of(shop, wanted, budget)
         run.engine_versions = plan.versions(run.engines, wanted) | run.engine_versions

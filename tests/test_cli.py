@@ -159,6 +159,8 @@ BAD = [
     (["--\x1b[31m\n"], "No such option"),
     (["run", "--out", ""], "--out must name a folder"),
     (["run", "--out", "a\0b"], "--out must name a folder"),
+    (["run", "--database", ""], "--database must name a folder"),
+    (["run", "--database", "/dev/null/kept"], "--database /dev/null/kept: "),
     (["run", "--frobnicate"], "No such option"),
     (["run", "surplus"], "unexpected extra argument"),
     (["walk"], "No such command 'walk'"),
