@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
@@ -99,13 +100,13 @@ class Campaign:
         late = max(2 * budget, budget + PATIENCE)
         asked = self.filing.buckets.ledger, self.run.engines, self.pairs
         self._do(plan.replays(*asked), until=late)
-        self._do(plan.first_pass(self.pairs, self.run.seed), until=late)
+        self._do(plan.first_pass(self.answered, self.run.seed), until=late)
         self._do(plan.crowds(*asked), until=late)
         self._do(plan.surveys(*asked), until=late)
         if not self.passes and self.elapsed > budget + PATIENCE:
             self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
         hunted = (1 - BOILING) * budget
-        self._do(plan.later_passes(self.pairs, self.targets(), self.run.seed, self.passes), until=hunted)
+        self._do(plan.later_passes(self.answered, self.targets(), self.run.seed, self.passes), until=hunted)
         while self.flying:
             self._land()
         self.certify()
@@ -128,6 +129,11 @@ class Campaign:
         left = self.filing.buckets.new_to_shrink()
         if left:
             self.run.problems.append(f"no time was left to shrink what is new of {left} of {len(groups)} symptoms")
+
+    @cached_property
+    def answered(self) -> list[PairKey]:
+        """Pairs of which any engine answers anything: scenes of the others would be drawn for nobody."""
+        return [pair for pair in self.pairs if any(self.shop.asked(cell) for cell in cells_of(pair))]
 
     def targets(self) -> list[tuple[str, Cell]]:
         """Every supported cell of every engine."""
@@ -294,7 +300,7 @@ def run_campaign(
         filing = Filing(run, Buckets(known))
         campaign = Campaign(shop, run, wanted, passes, listener, filing, executor, room(executor), enough, store)
         if listener is not None:
-            listener.started(run.engines, len(run.support))
+            listener.started(run.engines, sum(note.kind != "unsupported" for note in run.support.values()))
         _survive(campaign)
         with ignored():
             campaign.finish()

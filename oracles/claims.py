@@ -122,7 +122,10 @@ class Claim:
         if not self.made.any():
             nothing = np.full(len(self.made), -np.inf)
             return nothing, nothing, np.zeros(len(self.made))
-        least, most = (kept if self.kept else signed)(self.x, self.y, self.made)
+        if self.kept:
+            least, most = kept(self.x, self.y, self.made)
+        else:
+            least, most = signed(self.x, self.y, self.made, above=bool((self.low > -np.inf)[self.made].any()))
         size = np.maximum(
             np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(most), np.abs(most), 0.0)
         )
@@ -347,7 +350,7 @@ class Questioned:
 
         It is hardly more than the deepest pair has, or the engine does not promise it to be the least of the pair.
         """
-        overlapping = made & (self.answers.distance < 0)
+        overlapping = made & self.answered & (self.answers.distance < 0)
         if self.ways_out or not self.of_union or not overlapping.any():
             return np.zeros(len(made), dtype=bool)
         if self.query == CONTACTS and self.waived & OTHER_DEPTHS:

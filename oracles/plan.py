@@ -22,7 +22,7 @@ from oracles.ledger.witness import Witness
 from oracles.scene import Cell
 from oracles.surveys import SURVEYS, load_survey
 from oracles.tasks import BulkTask, CrowdTask, HuntTask, RelateTask, ReplayTask, SurveyTask, Task
-from oracles.world import SPACE, is_flat
+from oracles.world import SPACE
 
 FIRST_PASS, LARGEST_PASS = 1, 200
 """Scenes of each regime and pair in the first pass and in the largest: the first is to see every cell and regime once,
@@ -105,9 +105,8 @@ def _bulk(pairs: Sequence[PairKey], seed: int, number: int) -> Iterator[Task]:
 
 
 def _relations(targets: Sequence[tuple[str, Cell]], seed: int) -> Iterator[Task]:
-    """Relations on every pair of every engine of space, round after round: they are maps of space."""
-    pairs = ((engine, (cell.type_a, cell.type_b)) for engine, cell in targets if not is_flat(cell.type_a))
-    asked = list(dict.fromkeys(pairs))
+    """Relations on every pair of every engine, round after round."""
+    asked = list(dict.fromkeys((engine, (cell.type_a, cell.type_b)) for engine, cell in targets))
     for number in count() if asked else ():
         for index in np.random.default_rng([seed, number, 2]).permutation(len(asked)):
             engine, pair = asked[int(index)]

@@ -105,7 +105,8 @@ class Record:
             named = ", ".join(f"{self._label(n)} {b}" for (n, _), b in zip(layout, batches, strict=True))
             raise ShapeError(f"{type(self).__name__}: batch shapes do not broadcast: {named}") from None
         for (name, _), tail, column in zip(layout, tails, columns, strict=True):
-            full = np.broadcast_to(column, (*batch, *tail))
+            shape = (*batch, *tail)
+            full = column.view() if shape and column.shape == shape else np.broadcast_to(column, shape)
             full.flags.writeable = False
             object.__setattr__(self, name, full)
 

@@ -28,8 +28,8 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Engine to question: fcl, bullet, pybullet-defaults, bullet-stepping, bullet-ccd, or your own as "
-            "module:class or file.py:class; may be repeated. Default: all installed.",
+            help="Engine to question: fcl, bullet, pybullet-defaults, bullet-stepping, bullet-ccd, pymunk, or your own "
+            "as module:class or file.py:class; may be repeated. Default: all installed.",
         ),
     ] = None,
     pair: Annotated[
@@ -143,7 +143,8 @@ def run(
         asked.fill_in(resume)
         if out not in (None, resume):
             raise BadInput(f"--resume goes on in its own folder: leave out --out {str(out)!r}")
-    question = asked.question() | {"ledger": ledgers.load(ledger or [], update=update_ledger)}
+    question = asked.question()
+    question["ledger"] = ledgers.load(ledger or [], question["engines"], update=update_ledger)
     found = _campaign(question, lambda: _executor(workers, dask), resume or out or OUT, resume=resume is not None)
     return exit_status(found, settled=ledgers.settle(found, question["ledger"], update=update_ledger))
 

@@ -38,7 +38,7 @@ MEANING = (
         "mean distance of its surface from the model's, and of the model's from its, by the model's diagonal",
     ),
     ("survives", "after what it is still of its type: moving, turning, scaling, stretching by a factor for each axis"),
-    ("test", "processor time of a test against another of its kind, in a batch of pairs of which about half meet"),
+    ("test", "processor time of a test against another of its kind, in a batch of pairs of which half meet"),
 )
 
 

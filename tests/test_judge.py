@@ -245,17 +245,17 @@ def agrees_with_itself(cell: Cell, a: Proxy, b: Proxy, regime: str) -> None:
     if len(a):
         screening = Judge(engine).screen(cell, a, b, answers)
         for i, kind in enumerate(screening.kind):
-            case = f"{regime} {screening.symptom[i]} {screening.amount[i]} {a[i]} {b[i]}"
+            case = regime, screening.symptom[i], screening.amount[i]
             if kind is Verdicts.WRONG:
-                assert not screening.certain[i], case
+                assert not screening.certain[i], (*case, a[i], b[i])
                 scene = Scene(cell.query, a[i], b[i], regime)
                 right = {Verdicts.AGREES}
                 if regime in ("sliver", "combined") and is_fragile(a) and is_fragile(b):
                     # rounding a move turns either of them
                     right.add(Verdicts.UNDECIDED)
-                assert Judge(engine).convict(scene, take(answers, [i])).kind in right, case
+                assert Judge(engine).convict(scene, take(answers, [i])).kind in right, (*case, a[i], b[i])
                 continue
-            assert kind is Verdicts.AGREES, case
+            assert kind is Verdicts.AGREES, (*case, a[i], b[i])
 
 
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)

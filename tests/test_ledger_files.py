@@ -43,6 +43,7 @@ BAD = [
     ('[[entry]]\nengine = "e"\nname = "n"\ncause = "' + "x" * 5000 + '"', "cause is longer than 4000 characters"),
     (HEAD + "query = 3", "query must be a text"),
     (HEAD + "pair = ['*', 3]", "pair must be a text"),
+    (HEAD + "query = ['distance', 'distnace']", "query 'distnace' fits no query; there are distance, contacts, "),
     (HEAD + f"pair = {['*'] * 65}", "pair has more than 64 items"),
     (HEAD + f"symptom = '{'*a' * 200}'", "symptom is longer than 200 characters"),
     (HEAD + "decades = 3", "decades must be the first and the last decade, as in [-3, 0], got 3"),
@@ -83,6 +84,13 @@ def test_each_mistake_is_one_clear_line(
     assert said in printed.err
     assert str(path.parent) in printed.err
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_pairs_may_be_written_with_any_dash(tmp_path: Path) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text(HEAD + 'pair = ["Sphere-Box", "Ray—*", "*–KDOP", "sphere-size"]', "utf-8")
+    (entry,) = Ledger.load([own], shipped=False).entries
+    assert entry.pair == ("Sphere–Box", "Ray–*", "*–KDOP", "sphere-size")
 
 
 def test_what_is_no_ordinary_file_is_not_read(tmp_path: Path) -> None:

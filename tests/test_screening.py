@@ -130,9 +130,8 @@ def test_a_batch_is_screened_as_each_answer_alone(pair: tuple[type[Proxy], type[
                 seen.update(found.kind)
                 for i in range(len(a)):
                     kind, symptom, amount, certain = one_by_one(rules, cell, a[[i]], b[[i]], take(answers, [i]))
-                    case = f"{regime} {query} {type(engine).__name__} {a[i]} {b[i]} {take(answers, [i])}"
-                    assert (found.kind[i], found.symptom[i], bool(found.certain[i])) == (kind, symptom, certain), case
-                    assert found.amount[i] == amount, case
+                    here = found.kind[i], found.symptom[i], bool(found.certain[i]), found.amount[i]
+                    assert here == (kind, symptom, certain, amount), (regime, query, engine, a[i], b[i], answers, i)
     assert {Kind.AGREES, Kind.WRONG, Kind.CONVENTION, Kind.CRASHED, Kind.TIMED_OUT} <= set(seen)
 
 

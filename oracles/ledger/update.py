@@ -1,7 +1,8 @@
 """What has to be added to the ledger, and taken out, for a run to be as expected; `writing` has the text of it.
 
-What is new goes to the user's last file, or to the lists of the package where there is none; an entry is taken out of
-the file that it stands in, and one that is shipped is retired by the user's file. Comments and order stay.
+What is new goes to the user's last file; where there is none, to the lists of the package, if they are those of a clone
+and have the engine, or to a new file. An entry is taken out of the file that it stands in, and one that is shipped is
+retired by the user's file. Comments and order stay.
 Nothing that speaks against the reference is ever written.
 """
 
@@ -13,13 +14,15 @@ from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
+from oracles.engines import SHIPPED as SHIPPED_ENGINES
 from oracles.ledger.entry import ANY, ANY_DECADE, Entry, FirstSeen
 from oracles.ledger.files import SHIPPED, Ledger
 from oracles.ledger.reading import LONGEST_TEXT, REFERENCE
 from oracles.ledger.studies import Failed, failed_in
 from oracles.ledger.witness import AnyWitness, Witness
-from oracles.ledger.writing import Changes
+from oracles.ledger.writing import Changes, is_source
 from oracles.outcome import Bucket, EntryNote, Kind, Run, State
+from oracles.surveys import surveyed
 
 UNEXPLAINED = "Not looked into yet."
 """How the cause of an entry begins that was written by a run and by no one who knows."""
@@ -92,7 +95,7 @@ def _outdate(entry: Entry, note: EntryNote, run: Run, ledger: Ledger, found: Cha
     elif _writable(entry, ledger):
         found.of(Path(entry.file)).remove.append(entry.key)
     else:
-        found.of(ledger.own[-1]).retire.append(entry.key)
+        found.of(_file_for(entry.engine, ledger)).retire.append(entry.key)
 
 
 def _refresh(entry: Entry, kept: list[AnyWitness], run: Run, ledger: Ledger, found: Changes) -> None:
@@ -108,20 +111,28 @@ def _refresh(entry: Entry, kept: list[AnyWitness], run: Run, ledger: Ledger, fou
         found.of(path).mend[entry.key] = tuple(witness.id for witness in kept)
         found.witnesses += [(path.parent, witness) for witness in kept]
     else:
-        found.of(ledger.own[-1]).retire.append(entry.key)
+        found.of(_file_for(entry.engine, ledger)).retire.append(entry.key)
         _add(entry, kept, ledger, found)
 
 
 def _writable(entry: Entry, ledger: Ledger) -> bool:
     """Whether the file that an entry stands in is one of those that are written."""
-    return Path(entry.file) in ledger.own or not ledger.own
+    return Path(entry.file) in ledger.own or (not ledger.own and is_source())
 
 
 def _add(entry: Entry, witnesses: Iterable[AnyWitness], ledger: Ledger, found: Changes) -> None:
     kept = list(witnesses)
-    path = ledger.own[-1] if ledger.own else SHIPPED / f"{entry.engine}.toml"
+    path = _file_for(entry.engine, ledger)
     found.of(path).add.append(replace(entry, witnesses=tuple(w.id for w in kept), file=str(path)))
     found.witnesses += [(path.parent, witness) for witness in kept]
+
+
+def _file_for(engine: str, ledger: Ledger) -> Path:
+    """File to which is added: the user's last; without one the package's where that may be written, else a new one."""
+    if ledger.own:
+        return ledger.own[-1]
+    folder = SHIPPED if engine in {*SHIPPED_ENGINES, *surveyed()} and is_source() else Path()
+    return folder / (re.sub(r"[^\w.+-]", "_", engine) + ".toml")
 
 
 def _witnesses(buckets: Iterable[Bucket], version: str) -> list[AnyWitness]:

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from oracles.ledger.reading import ENGINE, LONGEST_PATTERN, WITNESS, LedgerError, read_file
+from oracles.engine import NAME as ENGINE_NAME
+from oracles.ledger.reading import LONGEST_PATTERN, WITNESS, LedgerError, read_file
 from oracles.ledger.studies import CaseWitness, CrowdWitness, study_from_json
 from oracles.outcome import Finding
 from oracles.records import finding_from_json, finding_to_json
@@ -72,7 +73,7 @@ def text_of(witness: AnyWitness) -> str:
 
 def path_of(folder: Path, engine: str, name: str) -> Path:
     """Where a witness is kept; raises `LedgerError` for names that would lead elsewhere."""
-    if not ENGINE.fullmatch(engine) or not WITNESS.fullmatch(name):
+    if not ENGINE_NAME.fullmatch(engine) or not WITNESS.fullmatch(name):
         raise LedgerError(f"no witness can be kept under {engine[:80]!r} and {name[:80]!r}")
     return folder / FOLDER / engine / f"{name}.json"
 

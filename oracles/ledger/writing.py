@@ -69,7 +69,7 @@ def described(found: Changes) -> str:
     parts = []
     for path, change in found.files.items():
         document = _document(path)
-        engine = _engine_of(document, path)
+        engine = _engine_of(document)
         items = {_key(item, engine): item for item in _tables(document, "entry", path)}
         gone = [_alone(item) for key, item in items.items() if key in change.remove or key in change.mend]
         if gone:
@@ -112,9 +112,9 @@ def _tables(document: Any, name: str, path: Path) -> AoT:
     return found
 
 
-def _engine_of(document: Any, path: Path) -> str:
+def _engine_of(document: Any) -> str:
     """Engine that the entries of a file are about unless they say otherwise."""
-    return str(document.get("engine", path.stem if path.parent == SHIPPED else ""))
+    return str(document.get("engine", ""))
 
 
 def _key(item: Table, engine: str) -> tuple[str, str]:
@@ -159,10 +159,15 @@ def _item(name: str, value: Any) -> Any:
     return value
 
 
+def is_source() -> bool:
+    """Whether the shipped lists are those of a clone, and not of an installed package."""
+    return (SHIPPED.parent.parent / "pyproject.toml").exists()
+
+
 def require_writable(ledger: Ledger) -> None:
     """Raise `LedgerError` unless what is new could be written."""
     path = ledger.own[-1] if ledger.own else SHIPPED
-    if not ledger.own and not (SHIPPED.parent.parent / "pyproject.toml").exists():
+    if not ledger.own and not is_source():
         raise LedgerError(f"the ledger in {path} is part of an installed package: name a file with --ledger FILE")
     _require(path)
 
@@ -186,7 +191,7 @@ def write(found: Changes) -> None:
         _replace(path_of(folder, witness.engine, witness.id), text_of(witness))
     for path, change in found.files.items():
         document = _document(path)
-        engine = _engine_of(document, path)
+        engine = _engine_of(document)
         entries = _tables(document, "entry", path)
         before = _listed(entries, engine)
         for i in reversed(range(len(entries))):
@@ -225,7 +230,7 @@ def _forget(folder: Path, before: Iterable[tuple[str, str]]) -> None:
     listed: set[tuple[str, str]] = set()
     for path in folder.glob("*.toml"):
         document = _document(path)
-        listed |= _listed(_tables(document, "entry", path), _engine_of(document, path))
+        listed |= _listed(_tables(document, "entry", path), _engine_of(document))
     for engine, name in set(before) - listed:
         with suppress(OSError):
             path_of(folder, engine, name).unlink()

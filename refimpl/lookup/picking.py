@@ -15,7 +15,7 @@ from refimpl.linear import Array
 from refimpl.lookup.scene import Scene
 from refimpl.queries import raycast
 from refimpl.results import RayHit
-from refimpl.shapes import Ray
+from refimpl.shapes import Ray, ShapeError
 from refimpl.signs import Indices
 
 NOTHING = -1
@@ -40,9 +40,11 @@ class Pick:
 def pick(scene: Scene, ray: Ray) -> Pick:
     """Find the first proxy on each ray (...).
 
-    A proof of one answer are `certify(ray, scene[number])`, which encloses its time, and the same of the others that
-    the ray may meet (`scene.near_ways`), which come no sooner.
+    An answer is proven by `certify(ray, scene[number])`, which encloses its time, and by the same of the others that
+    the ray may meet (`scene.near_ways`), which come no sooner. Raises ShapeError for anything but rays of space.
     """
+    if not isinstance(ray, Ray):
+        raise ShapeError(f"ray: expected a Ray, got {type(ray).__name__}")
     rays = ray.flattened()
     near = scene.near_ways(rays.origin, rays.direction, np.inf)
     entry = _entries(scene, rays, near)
