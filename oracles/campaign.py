@@ -99,12 +99,12 @@ class Campaign:
         budget = self.run.budget
         late = max(2 * budget, budget + PATIENCE)
         asked = self.filing.buckets.ledger, self.run.engines, self.pairs
-        self._do(plan.replays(*asked), until=late)
-        self._do(plan.first_pass(self.answered, self.run.seed), until=late)
-        self._do(plan.crowds(*asked), until=late)
-        self._do(plan.surveys(*asked), until=late)
-        if not self.passes and self.elapsed > budget + PATIENCE:
-            self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
+        for known in (plan.replays, plan.crowds, plan.surveys):
+            self._do(known(*asked), until=late)
+        begun = self.elapsed
+        self._do(plan.first_pass(self.answered, self.run.seed), until=begun + late)
+        if not self.passes and (took := self.elapsed - begun) > budget + PATIENCE:
+            self.run.problems.append(f"the first pass took {took:.0f} s of a budget of {budget:g} s")
         hunted = (1 - BOILING) * budget
         self._do(plan.later_passes(self.answered, self.targets(), self.run.seed, self.passes), until=hunted)
         while self.flying:
