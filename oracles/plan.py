@@ -1,9 +1,10 @@
 """The plan of a campaign: which tasks, in which order. It depends on nothing but the options and the seed.
 
-First the ledger's witnesses are asked again, so that what is known does not hang on luck. Then the bulk hunter puts
-scenes of every regime before every cell of every engine, crowds come before every broad phase, and surveys before the
-libraries that answer other things than pairs. Then larger passes of it take turns with Hypothesis and with relations, a
-few tasks each, so that however soon the time is used up, all have had their share.
+First the ledger's witnesses are asked again, so that what is known does not hang on luck: scenes on their own, the
+others where crowds come before every broad phase, and surveys before the libraries that answer other things than
+pairs. Then the bulk hunter puts scenes of every regime before every cell of every engine. Then larger passes of it
+take turns with Hypothesis and with relations, a few tasks each, so that however soon the time is used up, all have had
+their share.
 """
 
 from __future__ import annotations
