@@ -118,7 +118,7 @@ def sides_of(rules: Rules, cell: Cell, rows: Questioned) -> list[dict[str, Any]]
 def test_a_batch_is_screened_as_each_answer_alone(pair: tuple[type[Proxy], type[Proxy]]) -> None:
     seen: Counter[Kind] = Counter()
     for number, regime in enumerate(["generic", "touching", "deep", "aligned", "combined"]):
-        few = 4 if Polyhedron in pair or Composite in pair else 20 if Ray in pair else 8
+        few = 3 if Polyhedron in pair or Composite in pair else 12 if Ray in pair else 5
         a, b = REGIMES[regime](NumpyDraws(3, (number, 8), few * max(1, effort() // 12)), *pair)
         if isinstance(a, Ray):  # some from inside
             inside = (np.arange(len(a)) % 3 == 0)[:, None]

@@ -36,7 +36,7 @@ from tests.test_executors import gone
 from tests.wrong_engines import Crashing, HangingFarOut, OffByAShare, Slow, spec
 
 PAIRS = ["Sphere–Sphere"]
-EXAMPLES = 40
+EXAMPLES = 25
 """Of each attack: enough to find the fault, and to shrink it."""
 ROOT = Path(__file__).parents[1]
 
