@@ -18,7 +18,7 @@ from refimpl.flat.tiles import ACROSS, INSIDE, TILE, look
 
 LOOKS = 4
 """Tiles that are looked at, one by one, before rows are."""
-ROWS = 16
+ROWS = 24
 """Rows that are asked, one by one, before all words are scanned."""
 POPULATION = np.array([number.bit_count() for number in range(256)], dtype=np.uint8)
 """Bits of each byte, where numpy does not count them."""
