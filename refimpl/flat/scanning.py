@@ -48,7 +48,7 @@ COMPILED = Compiled()
 def compile_scans(calls: int = WORTH_COMPILING) -> bool:
     """Compile the kernels for this process, if so many calls are worth it and numba is installed; whether they are.
 
-    It takes a second, and three more when that has not been done before on this machine.
+    It takes half a second, and two more when that has not been done before on this machine.
     """
     if COMPILED.meet is None and is_compiled(module := module_for("masks", calls)):
         for name in Compiled.__slots__:
