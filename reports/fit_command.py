@@ -106,6 +106,8 @@ def fit(
     kinds = chosen_kinds(proxy or ())
     robot = Robot(link, shapes, root)
     name, solid = read(model, repair or (), scale, robot)
+    if repair:
+        name = f"{name} after {', '.join(repair)}"
     shown = console()
     with shown.status("building proxies") as status:
         try:

@@ -32,6 +32,14 @@ CHEAP = (MODEL, "aabb", "sphere", "fast_sphere", "box", "capsule", "cylinder", "
 WAYS = np.random.default_rng(5).normal(size=(50, 3))
 
 
+@pytest.fixture(scope="module", autouse=True)
+def hurried() -> Iterator[None]:
+    """Times are of few pairs here: how long they take is not asked."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("refimpl.construct.scorecard.ENOUGH", 1e-4)
+        yield
+
+
 @pytest.fixture(scope="module")
 def cube() -> Scorecard:
     return scorecard(Polyhedron(*box()), CHEAP, name="cube")
