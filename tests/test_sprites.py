@@ -215,19 +215,39 @@ def test_large_masks_keep_few_copies(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(b._bits._strips) <= 2
 
 
-@settings(max_examples=40, deadline=None)
-@given(masks(), masks(), st.tuples(st.integers(-130, 130), st.integers(-130, 130)))
-def test_kernels_say_the_same_by_python(
-    a: np.ndarray[Any, Any], b: np.ndarray[Any, Any], offset: tuple[int, int]
-) -> None:
-    first, second = Sprite(a), Sprite(b, offset)
-    one, two = ((placed[0].tolist(), *placed[1:]) for placed in (first._placed, second._placed))
-    both, (x, y) = on_canvas(first, second)
-    found = np.argwhere(both).tolist()
-    pixel = (found[0][1] + x, found[0][0] + y) if found else None
-    assert kernels.first_pixel(one, two) == pixel
-    assert kernels.meet(one, two) == (pixel is not None)
-    assert kernels.area(one, two) == len(found)
+def few_in_common(seed: int, count: int) -> Iterator[tuple[Sprite, Sprite]]:
+    """Noise that has about two pixels in common, words beside each other by any number of columns, one less or more."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        sizes = [(int(rng.choice([1, 5, 12, 40, 90])), int(rng.choice([2, 63, 64, 65, 130, 200]))) for _ in range(2)]
+        (high, wide), (low, narrow) = sizes
+        x = int(rng.integers(1 - narrow, wide)) if rng.uniform() < 0.5 else int(rng.choice([-65, -64, -63, 63, 64, 65]))
+        y = int(rng.integers(1 - low, high))
+        shared = max(1, (min(high, y + low) - max(0, y)) * (min(wide, x + narrow) - max(0, x)))
+        dense = min(1.0, 2 / shared)  # the product of both densities
+        one = rng.choice([dense**0.5, dense, 1.0])
+        a, b = (rng.uniform(size=size) < part for size, part in zip(sizes, (one, dense / one), strict=True))
+        yield Sprite(a, (3, -4)), Sprite(b, (3 + x, y - 4))
+
+
+@pytest.mark.usefixtures("how")
+def test_few_pixels_in_common_are_found() -> None:
+    for a, b in few_in_common(5, 400):
+        assert_as_on_canvas(a, b)
+
+
+def test_kernels_say_the_same_by_python() -> None:
+    hits = []
+    for a, b in few_in_common(6, 400):
+        one, two = ((placed[0].tolist(), *placed[1:]) for placed in (a._placed, b._placed))
+        both, (x, y) = on_canvas(a, b)
+        found = np.argwhere(both).tolist()
+        pixel = (found[0][1] + x, found[0][0] + y) if found else None
+        assert kernels.first_pixel(one, two) == pixel
+        assert kernels.meet(one, two) == (pixel is not None)
+        assert kernels.area(one, two) == len(found)
+        hits.append(len(found))
+    assert 100 < np.count_nonzero(hits) < 380
 
 
 def test_where_few_of_many_tiles_meet_each_step_of_the_search_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
