@@ -106,14 +106,13 @@ def fit(
     kinds = chosen_kinds(proxy or ())
     robot = Robot(link, shapes, root)
     name, solid = read(model, repair or (), scale, robot)
+    if repair:
+        name = f"{name} after {', '.join(repair)}"
     shown = console()
     with shown.status("building proxies") as status:
         try:
             card = scorecard(
-                solid,
-                kinds,
-                name=told(name, repair or ()),
-                each=lambda score: status.update(f"building proxies: {score.title} done"),
+                solid, kinds, name=name, each=lambda score: status.update(f"building proxies: {score.title} done")
             )
         except ShapeError as error:
             raise options.BadInput(f"{model}: {error}; see --scale") from None
@@ -177,11 +176,6 @@ def read(model: Path, repairs: list[str] | tuple[str, ...], scale: float, robot:
         said = str(error) if isinstance(error, LoadError) else f"{model} {error}"
         raise options.BadInput(said + _way_out(said)) from None
     return f"{model.name}, link {link}", solid
-
-
-def told(name: str, repairs: list[str] | tuple[str, ...]) -> str:
-    """What a model is called after repairs."""
-    return f"{name} after {', '.join(repairs)}" if repairs else name
 
 
 def _way_out(said: str) -> str:
