@@ -177,6 +177,8 @@ def _about_axis(shape: Capsule | Cylinder, robot: Robot) -> _Geometry:
     if tag == "cylinder":
         robot.notes["PyBullet makes a prism of a cylinder, unless it is loaded with URDF_USE_IMPLICIT_CYLINDER"] = None
     length = float(norm(shape.q - shape.p))
+    if tag == "capsule" and length == 0:  # no reader has to take a capsule without length
+        return _sphere(Sphere(shape.p, shape.radius), robot)
     axis = (shape.q - shape.p) / length if length > 0 else STILL[2]
     across = perpendicular(axis)
     axes = np.stack([across, np.cross(axis, across), axis], axis=-1)

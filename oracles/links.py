@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from oracles.meshfiles import ModelError, read_bytes
-from oracles.models import CUBE, found_mesh
+from oracles.models import CUBE, MOST_PARTS, found_mesh
 from oracles.urdf import Element, link_elements, shown
 from refimpl.linear import Array, apply, rotation_matrix
-from refimpl.loading import LoadError, polyhedron_of, read_faces
+from refimpl.loading import MOST_READ, LoadError, polyhedron_of, read_faces
 from refimpl.meshes import Triangles
 from refimpl.repairs import Mesh
 from refimpl.shapes import Polyhedron
@@ -63,7 +63,7 @@ def solid_of_link(
         raise ModelError(f"has no link with a {sort or 'collision or visual'} element")
     name = _chosen(link, list(found), sort)
     inside = (_package(path) if root is None else root).resolve()
-    meshes = [_faces(element, path, inside, repairs) for element in found[name]]
+    meshes = _all_faces(found[name], path, inside, repairs)
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
     vertices = np.concatenate([vertices for vertices, _ in meshes])
     triangles = np.concatenate([faces + start for (_, faces), start in zip(meshes, starts, strict=False)])
@@ -85,10 +85,25 @@ def _package(path: Path) -> Path:
     return next((folder for folder in around if (folder / MANIFEST).is_file()), around[min(1, len(around) - 1)])
 
 
-def _faces(element: Element, path: Path, root: Path, repairs: tuple[str, ...]) -> Mesh:
+def _all_faces(elements: Sequence[Element], path: Path, root: Path, repairs: tuple[str, ...]) -> list[Mesh]:
+    """Faces of all elements; each file is read once, and together they are no more than one file may have."""
+    if len(elements) > MOST_PARTS:
+        raise ModelError(f"{elements[0].where}: the link has {len(elements)} elements, at most {MOST_PARTS} are read")
+    files: dict[str, Mesh] = {}
+    meshes: list[Mesh] = []
+    for element in elements:
+        if element.sort == "mesh" and element.file not in files:
+            files[element.file] = _of_file(element, path, root, repairs)
+        meshes.append(_faces(element, files))
+        if sum(len(triangles) for _, triangles in meshes) > MOST_READ:
+            raise ModelError(f"{element.where}: the link has more than {MOST_READ} faces")
+    return meshes
+
+
+def _faces(element: Element, files: Mapping[str, Mesh]) -> Mesh:
     """Faces of an element in its link's frame."""
     if element.sort == "mesh":
-        vertices, triangles = _of_file(element, path, root, repairs)
+        vertices, triangles = files[element.file]
         vertices = vertices * np.array(element.sizes)
         if np.prod(np.sign(element.sizes)) < 0:
             triangles = triangles[:, ::-1]

@@ -18,7 +18,7 @@ from refimpl.signs import Indices, Points, Signs
 Triangles = NDArray[np.int64]
 FEW = 64
 """Of no more faces each is compared with each."""
-MANY, ASKED, MOST_PAIRS = 10_000, 64, 30_000_000
+MANY, ASKED, MOST_PAIRS = 2_000, 64, 10_000_000
 """Of more than `MANY` faces it is estimated, by `ASKED` of them, whether more pairs are near than can be compared."""
 
 

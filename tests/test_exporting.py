@@ -41,6 +41,7 @@ PROXIES = {
     "sphere": Sphere([0.1, 0.2, 0.3], 1 / 3),
     "capsule": Capsule([0.1, 0.2, 0.3], [0.5, -0.2, 0.7], 0.1),
     "upright": Capsule([0, 0, -1], [0, 0, 1], 0.1),
+    "no_length": Capsule([0.1, 0.2, 0.3], [0.1, 0.2, 0.3], 0.4),
     "along_x": Capsule([-1, 0, 0], [1, 0, 0], 0.1),
     "cylinder": Cylinder([0.1, 0.2, 0.3], [0.5, -0.2, 0.7], 0.1),
     "hull": ConvexPolyhedron.from_vertices(CORNERS, [0.1, 0, 0], TURN),

@@ -10,7 +10,7 @@ import pytest
 from oracles.links import solid_of_link
 from oracles.meshfiles import ModelError
 from refimpl.linear import rotation_matrix
-from refimpl.loading import LoadError
+from refimpl.loading import LoadError, read_faces
 from refimpl.mass import mass_properties
 from tests.solids import L_SHAPE, box, prism
 from tests.test_loading import obj
@@ -104,6 +104,19 @@ def test_nothing_outside_of_the_package_is_opened(robot, tmp_path: Path) -> None
     assert len(solid_of_link(robot(shape(mesh("../../secret.obj"))), root=tmp_path)[1].triangles) == 12
     (tmp_path / "package.xml").write_text("<package/>")
     assert len(solid_of_link(robot(shape(mesh("../../secret.obj"))))[1].triangles) == 12
+
+
+def test_a_link_of_a_thousand_elements_is_not_read_a_thousand_times(robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = shape(mesh("../meshes/part.obj"), '<origin xyz="{} 0 0"/>')
+    with pytest.raises(ModelError, match="the link has 65 elements, at most 64 are read"):
+        solid_of_link(robot(one.format(0) * 65))
+    apart, asked = "".join(one.format(5 * i) for i in range(4)), []
+    monkeypatch.setattr("oracles.links.read_faces", lambda *given: (asked.append(given), read_faces(*given))[1])
+    assert len(solid_of_link(robot(apart))[1].triangles) == 4 * 20
+    assert len(asked) == 1
+    monkeypatch.setattr("oracles.links.MOST_READ", 79)
+    with pytest.raises(ModelError, match="the link has more than 79 faces"):
+        solid_of_link(robot(apart))
 
 
 def test_defects_and_their_repairs_are_those_of_files(robot, tmp_path: Path) -> None:

@@ -104,3 +104,15 @@ def test_processes_that_share_the_work_have_one_thread(monkeypatch):
     there.close()
     assert here.recv() == 1
     child.join()
+
+
+def test_products_are_not_shared_within_the_block() -> None:
+    import threadpoolctl  # noqa: PLC0415  scans what is loaded
+
+    def allowed() -> list[int]:
+        return [found["num_threads"] for found in threadpoolctl.threadpool_info() if found["user_api"] == "blas"]
+
+    before = allowed()
+    with threads.products_in_one_thread():
+        assert set(allowed()) == {1}
+    assert allowed() == before
