@@ -190,7 +190,8 @@ def _larger(question: str, points: Array, volume: Any) -> Judgement:
     return Judgement(max(0.0, found / least - 1) if least > 0 else 0.0, words, proof)
 
 
-def _again(content: bytes) -> Array:
+def again(content: bytes) -> Array:
+    """Points (n, 3) from their bytes."""
     return np.frombuffer(content).reshape(-1, 3)
 
 
@@ -198,16 +199,16 @@ def _again(content: bytes) -> Array:
 def _least_square(content: bytes) -> tuple[Fraction, Any]:
     from refimpl.construct.optimality import check_sphere, prove_sphere  # noqa: PLC0415  slow to import
 
-    proof = prove_sphere(_again(content))
+    proof = prove_sphere(again(content))
     said = {"touching": list(proof.points), "weights": [str(w) for w in proof.weights]}
-    return check_sphere(_again(content), proof), said
+    return check_sphere(again(content), proof), said
 
 
 @lru_cache(maxsize=512)
 def _small_box(content: bytes) -> tuple[float, Any]:
     from refimpl.construct import least_box  # noqa: PLC0415  slow to import
 
-    found = least_box(_again(content))
+    found = least_box(again(content))
     said = {name: getattr(found, name).tolist() for name in ("center", "half_extents", "rotation")}
     return _proven(brick_of(said), content), said
 
@@ -216,11 +217,11 @@ def _small_box(content: bytes) -> tuple[float, Any]:
 def _small_cylinder(content: bytes) -> tuple[float, Any]:
     from refimpl.construct import cylinder  # noqa: PLC0415  slow to import
 
-    found = cylinder(_again(content))
+    found = cylinder(again(content))
     said = {name: getattr(found, name).tolist() for name in ("p", "q", "radius")}
     return _proven(barrel_of(said), content), said
 
 
 def _proven(volume: Affine | Barrel, content: bytes) -> float:
     """Volume of what contains all points; 0, which proves nothing, where it does not."""
-    return volume.volume() if volume.beyond(_again(content))[0] <= 0 else 0.0
+    return volume.volume() if volume.beyond(again(content))[0] <= 0 else 0.0

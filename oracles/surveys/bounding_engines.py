@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
 
-from oracles.surveys.bounding import extent, points_in
+from oracles.surveys.bounding import again, extent, points_in
 from oracles.surveys.survey import Case, SurveyEngine
 from refimpl.linear import Array
+
+KEPT = 64
+"""Volumes that are kept: whether one contains its points and how large it is are two questions."""
 
 
 class Reference(SurveyEngine):
@@ -32,19 +36,24 @@ class Reference(SurveyEngine):
 
     def answer(self, case: Case) -> Any:
         """A volume, by the numbers that are its meaning; of one point and of collinear ones no cylinder."""
-        from refimpl import construct  # noqa: PLC0415
+        return dict(_of_reference(case.question.partition("-")[0], points_in(case.data).tobytes()))
 
-        points = points_in(case.data)
-        match case.question.partition("-")[0]:
-            case "sphere":
-                return _fields(construct.sphere(points), "center", "radius")
-            case "box":
-                return _fields(construct.least_box(points), "center", "half_extents", "rotation")
-            case "cylinder":
-                return _fields(construct.cylinder(points), "p", "q", "radius")
-            case "hull":
-                return {"vertices": construct.hull(points).vertices.tolist()}
-        return {"center": construct.aabb(points).reference_point.tolist()}
+
+@lru_cache(maxsize=KEPT)
+def _of_reference(kind: str, content: bytes) -> dict[str, Any]:
+    from refimpl import construct  # noqa: PLC0415
+
+    points = again(content)
+    match kind:
+        case "sphere":
+            return _fields(construct.sphere(points), "center", "radius")
+        case "box":
+            return _fields(construct.least_box(points), "center", "half_extents", "rotation")
+        case "cylinder":
+            return _fields(construct.cylinder(points), "p", "q", "radius")
+        case "hull":
+            return {"vertices": construct.hull(points).vertices.tolist()}
+    return {"center": construct.aabb(points).reference_point.tolist()}
 
 
 def _fields(shape: Any, *names: str) -> dict[str, Any]:
@@ -75,21 +84,26 @@ class Trimesh(SurveyEngine):
 
     def answer(self, case: Case) -> Any:
         """The primitive, by its own numbers."""
-        trimesh: Any = import_module("trimesh")
-        cloud = trimesh.PointCloud(points_in(case.data))
-        match case.question.partition("-")[0]:
-            case "sphere":
-                ball = cloud.bounding_sphere.primitive
-                return {"center": ball.center.tolist(), "radius": float(ball.radius)}
-            case "box":
-                to_origin, extents = trimesh.bounds.oriented_bounds(cloud.vertices)
-                return {"to_origin": to_origin[:3].tolist(), "extents": extents.tolist()}
-            case "cylinder":
-                barrel = cloud.bounding_cylinder.primitive
-                place = barrel.transform
-                sizes = {"height": float(barrel.height), "radius": float(barrel.radius)}
-                return {"center": place[:3, 3].tolist(), "axis": place[:3, 2].tolist(), **sizes}
-        return {"vertices": cloud.convex_hull.vertices.tolist()}
+        return dict(_of_trimesh(case.question.partition("-")[0], points_in(case.data).tobytes()))
+
+
+@lru_cache(maxsize=KEPT)
+def _of_trimesh(kind: str, content: bytes) -> dict[str, Any]:
+    trimesh: Any = import_module("trimesh")
+    cloud = trimesh.PointCloud(again(content))
+    match kind:
+        case "sphere":
+            ball = cloud.bounding_sphere.primitive
+            return {"center": ball.center.tolist(), "radius": float(ball.radius)}
+        case "box":
+            to_origin, extents = trimesh.bounds.oriented_bounds(cloud.vertices)
+            return {"to_origin": to_origin[:3].tolist(), "extents": extents.tolist()}
+        case "cylinder":
+            barrel = cloud.bounding_cylinder.primitive
+            place = barrel.transform
+            sizes = {"height": float(barrel.height), "radius": float(barrel.radius)}
+            return {"center": place[:3, 3].tolist(), "axis": place[:3, 2].tolist(), **sizes}
+    return {"vertices": cloud.convex_hull.vertices.tolist()}
 
 
 class Miniball(SurveyEngine):
@@ -108,10 +122,15 @@ class Miniball(SurveyEngine):
 
     def answer(self, case: Case) -> Any:
         """The ball; it is drawn by chance, which is made the same every time."""
-        import miniball  # noqa: PLC0415
+        return dict(_of_miniball(points_in(case.data).tobytes()))
 
-        center, square = miniball.get_bounding_ball(points_in(case.data), rng=np.random.default_rng(0))
-        return {"center": center.tolist(), "radius": float(np.sqrt(square))}
+
+@lru_cache(maxsize=KEPT)
+def _of_miniball(content: bytes) -> dict[str, Any]:
+    import miniball  # noqa: PLC0415
+
+    center, square = miniball.get_bounding_ball(again(content), rng=np.random.default_rng(0))
+    return {"center": center.tolist(), "radius": float(np.sqrt(square))}
 
 
 class Fcl(SurveyEngine):

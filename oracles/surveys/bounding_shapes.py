@@ -172,13 +172,17 @@ class Ground(NamedTuple):
         from refimpl.construct.cloud import Cloud  # noqa: PLC0415  slow to import
         from refimpl.construct.facets import sides_around  # noqa: PLC0415
 
-        cloud = Cloud(self.points, float(np.max(np.abs(corners))))
+        there = {tuple(row) for row in corners.tolist()}
+        others = np.array([i for i, row in enumerate(self.points.tolist()) if tuple(row) not in there], dtype=int)
+        if not len(others):
+            return 0.0, 0
+        cloud = Cloud(self.points[others], float(np.max(np.abs(corners))))
         found = (0.0, 0)
         for side in sides_around(corners, cloud)[0]:
             for formula in side.formulas():
                 value, which = cloud.greatest(formula)
                 steep = _steepness(formula)
-                found = max(found, (round_down(value * cloud.unit / steep) if value > 0 else 0.0, which))
+                found = max(found, (round_down(value * cloud.unit / steep) if value > 0 else 0.0, int(others[which])))
         return found
 
 

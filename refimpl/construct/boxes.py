@@ -14,7 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from refimpl.construct.cloud import Cloud
-from refimpl.construct.extreme import centred, different_ways, dimension, few_corners, principal_frame, rotation_of
+from refimpl.construct.extreme import (
+    centred,
+    different_ways,
+    dimension,
+    few_corners,
+    principal_frame,
+    rotation_of,
+    solid_hull,
+)
 from refimpl.construct.formulas import columns_of, inner
 from refimpl.construct.outwards import least_above, nearest
 from refimpl.construct.sources import points_of
@@ -121,6 +129,8 @@ def _frame(normal: Array, way: Array) -> Array | None:
 def _along_edges(corners: Array) -> list[Array]:
     """The best frames of all families of pairs of edges."""
     ways = _edge_directions(corners)
+    if not len(ways):
+        return []
     first, second = np.triu_indices(len(ways), k=0)
     angles = np.arange(STEPS) * (np.pi / STEPS)
     frames = np.concatenate([_family(ways[first], ways[second], t) for t in angles])
@@ -157,9 +167,9 @@ def _family(one: Array, other: Array, angle: Any) -> Array:
 
 def _edge_directions(corners: Array) -> Array:
     """Directions of the hull's edges, one of each pair of parallel ones, at most `MOST_EDGES`."""
-    from scipy.spatial import ConvexHull  # noqa: PLC0415  slow to import
-
-    hull = ConvexHull(corners)
+    hull = solid_hull(corners)
+    if hull is None:
+        return np.zeros((0, 3))
     triangles = hull.simplices
     normals = hull.equations[:, :3]
     found = []

@@ -14,9 +14,8 @@ ROUNDS = 64
 CLOSE = 1 + 1e-12
 
 
-def smallest_circle(points: Array) -> tuple[Array, float]:
-    """Centre (2,) and radius of a circle about points (n, 2) that is the smallest, up to rounding."""
-    x, y = np.ascontiguousarray(points.T)
+def smallest_circle(x: Array, y: Array) -> tuple[Place, float]:
+    """Centre and radius of a circle about points of coordinates (n,) and (n,) that is the smallest, up to rounding."""
     center: Place = (float(x[0]), float(y[0]))
     corners, radius = [center], 0.0
     for _ in range(ROUNDS):
@@ -26,7 +25,7 @@ def smallest_circle(points: Array) -> tuple[Array, float]:
         if square[far] <= radius * radius * CLOSE or place in corners:
             break
         center, radius, corners = _of_few([*corners, place])
-    return np.array(center), radius
+    return center, radius
 
 
 def _of_few(places: list[Place]) -> tuple[Place, float, list[Place]]:

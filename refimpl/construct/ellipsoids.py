@@ -55,8 +55,9 @@ def ellipsoid(points: ArrayLike) -> Ellipsoid:
 def least_ellipsoid(points: Array) -> tuple[Array, Array, Array]:
     """Centre, matrix that maps the unit ball to the ellipsoid about it, and weights (n,), of sum 1, of the points."""
     low = points.mean(axis=0)
-    whitening = np.linalg.cholesky(np.cov((points - low).T, bias=True))
-    x = np.linalg.solve(whitening, (points - low).T).T
+    across, triangle = np.linalg.qr(points - low)  # and not by a covariance, whose squares would drown what is thin
+    size = np.sqrt(len(points))
+    x, whitening = across * size, triangle.T / size
     lifted = np.concatenate([x, np.ones((len(x), 1))], axis=1)
     weights = _ascended_among(lifted)
     center = weights @ x

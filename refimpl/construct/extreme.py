@@ -5,6 +5,8 @@ They only steer a search. What it proposes is enlarged until it contains all poi
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from refimpl.construct.cloud import Cloud
@@ -29,10 +31,9 @@ def principal_frame(points: Array) -> Array:
     if size == 0:
         return np.eye(3)
     scaled = points / size
-    scaled = scaled - scaled.mean(axis=0)
-    spread = scaled.T @ scaled / len(points)
-    axes = np.linalg.eigh(spread)[1]  # in ascending order
-    return np.stack([axes[:, 2], axes[:, 1], np.cross(axes[:, 2], axes[:, 1])], axis=1)
+    triangle = np.linalg.qr(scaled - scaled.mean(axis=0), mode="r")  # its squares would drown what is thin
+    axes = np.linalg.svd(triangle)[2]
+    return np.stack([axes[0], axes[1], np.cross(axes[0], axes[1])], axis=1)
 
 
 def dimension(points: Array) -> tuple[int, Array]:
@@ -40,7 +41,7 @@ def dimension(points: Array) -> tuple[int, Array]:
     frame = principal_frame(points)
     extents = np.ptp(points @ frame, axis=0)
     least = FLAT * float(np.max(np.abs(points), initial=0.0))
-    return int(np.sum(extents > least)), frame
+    return min(int(np.sum(extents > least)), len(points) - 1), frame
 
 
 def on_hull(points: Array) -> Array:
@@ -87,11 +88,21 @@ def thinned(points: Array) -> Array:
     return np.asarray(points[np.unique(which)])
 
 
+def solid_hull(corners: Array) -> Any:
+    """The hull that qhull finds; None where corners are too flat for it."""
+    from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415  slow to import
+
+    try:
+        return ConvexHull(corners)
+    except QhullError:
+        return None
+
+
 def face_normals(corners: Array, most: int) -> Array:
     """Unit normals (k, 3) of the largest faces of a solid hull, one of each pair of parallel ones."""
-    from scipy.spatial import ConvexHull  # noqa: PLC0415  slow to import
-
-    hull = ConvexHull(corners)
+    hull = solid_hull(corners)
+    if hull is None:
+        return np.zeros((0, 3))
     a, b, c = (corners[hull.simplices[:, i]] for i in range(3))
     return different_ways(hull.equations[:, :3], np.linalg.norm(np.cross(b - a, c - a), axis=1))[:most]
 

@@ -11,6 +11,13 @@ For weights λᵢ ≥ 0 of sum 1, mean m = Σ λᵢ xᵢ and covariance C = Σ �
   the means of eigenvalues, so that its volume is at least that of the unit ball times √(27 det C). It is reached under
   John's conditions: points with weights lie on its surface, c = m, and A⁻¹ = 3 C (John, Extremum Problems with
   Inequalities as Subsidiary Conditions, 1948; Todd, Minimum-Volume Ellipsoids, 2016, ch. 2).
+* A box with half extents hᵢ along axes uᵢ contains them, so hᵢ² ≥ uᵢᵀ C uᵢ, and its volume is at least 8 √(det C), for
+  the product of a matrix's diagonal is not below its determinant (Hadamard). Reached by the corners of a box.
+* A cylinder of radius r and half height h contains them, so r² ≥ u₁ᵀ C u₁ + u₂ᵀ C u₂ and h² ≥ u₃ᵀ C u₃, and its volume
+  is at least 4π √(det C), by the means of the first two. Reached by the two rims of a cylinder.
+* A capsule of radius r lies in a cylinder of half height h ≥ r and has the volume 2π r² (h − r/3), at least 2/3 of it.
+
+And no convex volume is smaller than the hull.
 """
 
 from __future__ import annotations
@@ -27,11 +34,14 @@ from refimpl.construct.balls import smallest_ball
 from refimpl.construct.cloud import Cloud
 from refimpl.construct.ellipsoids import least_ellipsoid
 from refimpl.construct.extreme import centred, on_hull
+from refimpl.construct.polytopes import hull
 from refimpl.construct.sources import ConstructionError, points_of
 from refimpl.linear import Array
+from refimpl.mass import mass_properties
 from refimpl.proof.points import round_down
 from refimpl.proof.vectors import root
-from refimpl.shapes import KDOP, Ellipsoid
+from refimpl.proxy import Proxy
+from refimpl.shapes import KDOP, Box, Capsule, Cylinder, Ellipsoid
 
 Exact = Sequence[Fraction]
 
@@ -106,6 +116,35 @@ def excess_of_ellipsoid(found: Ellipsoid, bound: Fraction) -> float:
     product = math.prod((Fraction(r) for r in found.radii.tolist()), start=Fraction(1))
     ratio = root(product * product / bound)[1]
     return -round_down(-(ratio - 1))
+
+
+def least_volume(points: ArrayLike, kind: type[Proxy], proof: Weights) -> float:
+    """Volume below which no box, capsule or cylinder around points is: by their weights, or by their hull.
+
+    The hull's volume is rounded; so the bound holds up to 10⁻¹³ of it.
+
+    Parameters
+    ----------
+    points : (n, 3)
+    kind : Box, Capsule or Cylinder
+    proof : Weights
+        Any; those of `prove_ellipsoid` make the bound greatest.
+
+    Raises
+    ------
+    ConstructionError
+        For another kind, and for weights that are none.
+    """
+    if kind not in SHARES:
+        raise ConstructionError(
+            f"bounds are known for {', '.join(k.__name__ for k in SHARES)}, not for {kind.__name__}"
+        )
+    by_weights = SHARES[kind] * float(root(check_ellipsoid(points, proof) / 27)[0])
+    return max(by_weights, float(mass_properties(hull(points)).volume))
+
+
+SHARES: dict[type[Proxy], float] = {Box: 8.0, Cylinder: 4 * math.pi, Capsule: 8 / 3 * math.pi}
+"""Least volumes around weighted points, in units of the root of their covariance's determinant."""
 
 
 def check_touching(points: ArrayLike, found: KDOP, names: Sequence[tuple[int, int]]) -> bool:

@@ -7,6 +7,7 @@ seen along it (Ericson, Real-Time Collision Detection, 4.5; Schömer et al., Sma
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from fractions import Fraction
 
@@ -138,18 +139,25 @@ def _turned(axis: Array, by: Array) -> Array:
 
 
 def _across(axis: Array) -> Ends:
-    u = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    u /= np.linalg.norm(u)
-    return u, np.cross(axis, u)
+    """Two unit vectors at right angles to one and to each other; by numbers, as small arrays are slow."""
+    way: list[float] = axis.tolist()
+    least = min(range(3), key=lambda i: abs(way[i]))
+    u = _cross(way, [float(i == least) for i in range(3)])
+    length = math.hypot(*u)
+    u = [v / length for v in u]
+    return np.array(u), np.array(_cross(way, u))
+
+
+def _cross(a: list[float], b: list[float]) -> list[float]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def _seen_along(points: Array, axis: Array) -> tuple[Array, float, Array, Array]:
     """Point of the axis through the smallest circle, its radius, heights along the axis, squared distances from it."""
     u, v = _across(axis)
-    seen = np.stack([points @ u, points @ v], axis=1)
-    center, radius = smallest_circle(seen)
-    gap = seen - center
-    return center[0] * u + center[1] * v, radius, points @ axis, gap[:, 0] ** 2 + gap[:, 1] ** 2
+    x, y, heights = np.stack([u, v, axis]) @ points.T
+    (a, b), radius = smallest_circle(x, y)
+    return a * u + b * v, radius, heights, (x - a) ** 2 + (y - b) ** 2
 
 
 def _cylinder_about(points: Array, axis: Array) -> tuple[float, Ends]:
