@@ -56,8 +56,8 @@ PIECE, ENOUGH = 50, 2.0
 known, once some rows of every batch were asked."""
 MOST_EACH = 400
 """Scenes of a regime: of pairs with a closed form, of which a campaign has twice as many, more change nothing."""
-AGAIN = 4
-"""One row in so many is asked once more where others were lost."""
+AGAIN, MANY = 4, 4000
+"""Where rows were lost, one in so many of more than so many others is asked once more, of fewer all: calls cost too."""
 HALF = 0.5
 """Rate of screening by that of the loop which is aimed at."""
 LOST = (Status.CRASHED, Status.TIMED_OUT, Status.SKIPPED)
@@ -186,7 +186,7 @@ class Bench:
         answers, asking = self._answered(name, cell, batch, np.arange(len(batch)))
         there = np.flatnonzero(~np.isin(answers.status, LOST))
         if 0 < len(there) < len(batch):
-            whole, again = asking.screening, there[:: max(1, min(AGAIN, len(there) // PIECE))]
+            whole, again = asking.screening, there[:: AGAIN if len(there) > MANY else 1]
             _, asking = self._answered(name, cell, batch, again)
             asking.scale(len(there) / len(again))
             times.lost += whole - asking.screening
