@@ -51,13 +51,13 @@ ENGINES = ("fcl", "bullet")
 CALL_LIMIT = 0.1
 """Seconds for a call: those that hang are in neither time."""
 LOOP_LIMIT = 60.0
-PIECE, ENOUGH = 50, 0.5
-"""Rows that the bare loop is asked about at once; seconds after which its rate in a query of a pair is known, once some
-rows of every batch were asked."""
+PIECE, ENOUGH = 50, 2.0
+"""Rows that the bare loop is asked about at once; seconds after which an engine's rate in the queries of a pair is
+known, once some rows of every batch were asked."""
 MOST_EACH = 400
 """Scenes of a regime: of pairs with a closed form, of which a campaign has twice as many, more change nothing."""
-AGAIN = 4
-"""One row in so many is asked once more where others were lost."""
+AGAIN, MANY = 4, 4000
+"""Where rows were lost, one in so many of more than so many others is asked once more, of fewer all: calls cost too."""
 HALF = 0.5
 """Rate of screening by that of the loop which is aimed at."""
 LOST = (Status.CRASHED, Status.TIMED_OUT, Status.SKIPPED)
@@ -186,7 +186,7 @@ class Bench:
         answers, asking = self._answered(name, cell, batch, np.arange(len(batch)))
         there = np.flatnonzero(~np.isin(answers.status, LOST))
         if 0 < len(there) < len(batch):
-            whole, again = asking.screening, there[:: max(1, min(AGAIN, len(there) // PIECE))]
+            whole, again = asking.screening, there[:: AGAIN if len(there) > MANY else 1]
             _, asking = self._answered(name, cell, batch, again)
             asking.scale(len(there) / len(again))
             times.lost += whole - asking.screening
@@ -217,18 +217,23 @@ Rows = list[list[float]]
 
 @dataclass(frozen=True)
 class Piece:
-    """Rows of one query for the bare loop, of both sides; `first` of their batch and query or not."""
+    """Rows of one query for the bare loop, of both sides.
+
+    `slice` numbers the rows that all queries are asked about, `first` says whether they are the first of their batch.
+    """
 
     query: str
     a: Rows
     b: Rows
+    slice: int
     first: bool
 
 
 def _pieces(batches: list[Batch], answered: dict[str, list[NDArray[np.bool_]]]) -> Iterator[Piece]:
     """What is to be asked, without what crashes or hangs: some rows of each batch and all regimes, by all queries.
 
-    What an engine keeps of the last few shapes thus serves all queries, as it does in the screening.
+    What an engine keeps of the last few shapes thus serves all queries, as it does in the screening; so of some rows
+    all are asked or none.
     """
     steps = [-(-len(batch) // PIECE) for batch in batches]
     for part in range(max(steps)):
@@ -237,7 +242,8 @@ def _pieces(batches: list[Batch], answered: dict[str, list[NDArray[np.bool_]]]) 
             for query, there in answered.items():
                 rows = np.flatnonzero(there[i])[part :: steps[i]]
                 if part < steps[i] and len(rows):
-                    yield Piece(query, rows_a[rows].tolist(), rows_b[rows].tolist(), part == 0)
+                    number = part * len(batches) + i
+                    yield Piece(query, rows_a[rows].tolist(), rows_b[rows].tolist(), number, part == 0)
 
 
 def _bare(name: str, pair: PairKey, pieces: list[Piece]) -> Counter[str]:
@@ -275,11 +281,12 @@ def _loops(channel: Any, name: str, pair: PairKey, pieces: list[Piece]) -> None:
     engine = load_engine(name)
     engine.warm()
     solvers = {query: engine.solver(query, *pair) for query in {piece.query for piece in pieces}}
-    spent: Counter[str] = Counter()
+    spent, asked = 0.0, -1
     for piece in pieces:
-        if spent[piece.query] > ENOUGH and not piece.first:
+        if piece.slice != asked and spent > ENOUGH and not piece.first:
             channel.send(None)
             continue
+        asked = piece.slice
         solve = solvers[piece.query]
         began = time.process_time()
         for a, b in zip(piece.a, piece.b, strict=True):
@@ -288,7 +295,7 @@ def _loops(channel: Any, name: str, pair: PairKey, pieces: list[Piece]) -> None:
             except Exception:
                 continue
         took = time.process_time() - began
-        spent[piece.query] += took
+        spent += took
         channel.send(took)
 
 
