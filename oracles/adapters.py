@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from oracles.engine import COLUMNS, Array, Effective, Engine, EngineUnavailable, Support, Tolerance
+from oracles.engine import COLUMNS, NAME, Array, Effective, Engine, EngineUnavailable, Support, Tolerance
 from oracles.scene import Cell, cells
 from refimpl.shapes import Proxy
 
@@ -27,8 +27,9 @@ def require_sound(engine: Engine) -> None:
     EngineUnavailable
         Names the method and what is wrong with its answer.
     """
-    if not (isinstance(engine.name, str) and engine.name.strip()):
-        raise EngineUnavailable(f"{type(engine).__name__}.name must be a text, got {shown(engine.name)}")
+    if not (isinstance(engine.name, str) and NAME.fullmatch(engine.name)):
+        what = "letters, digits, and any of _ . + - behind the first of them, at most 100"
+        raise EngineUnavailable(f"{type(engine).__name__}.name must be {what}, got {shown(engine.name)}")
     try:
         _require_versions(engine)
         for cell in cells():

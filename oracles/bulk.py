@@ -30,17 +30,18 @@ from oracles.sheets import Sheet
 from oracles.words import decade_of
 from oracles.world import is_flat
 from refimpl.compiling import batch_of
-from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, Polyhedron
+from refimpl.shapes import KDOP, Composite, ConvexPolyhedron, HalfSpace, Polyhedron
 
 QUICK, SEARCHED = 16, 6
 """Pairs with a closed form get so many times more scenes, pairs that need a search, corners or pieces so many times
 fewer: drawing and judging cost by the batch rather than by the scene."""
 MOST = 800
 """Scenes of a regime and pair in one task."""
-MOST_OF_MESHES = 200
+MESHES, MOST_OF_MESHES = 4, 800
 """The same of meshes: those of a regime share theirs and are a batch by themselves, so few cost as much as many."""
-FORMED = {KDOP, ConvexPolyhedron, Composite}
-"""Types of which an engine makes another hull, or several objects, for each scene: that costs more than judging it."""
+FORMED, FORMED_MESHES = {KDOP, ConvexPolyhedron, Composite}, 3
+"""Types of which an engine makes another hull, or several objects, for each scene: that costs more than judging it.
+Beside meshes they get so many times fewer."""
 POLYGONS, MOST_OF_POLYGONS = 2, 40
 """Flat pairs with a polygon get twice as many, up to so many: there is no search, and half a millisecond is a scene."""
 STEPPED = 6
@@ -212,11 +213,11 @@ def _odd_numbers(batch: Batch, rows: NDArray[np.int_]) -> NDArray[np.int_]:
 
 
 def scenes_each(pair: PairKey, each: int, *, moving: bool = False) -> int:
-    """Scenes of each regime in a pass: more of pairs with a closed form, fewer where each costs a search."""
-    if is_quick(*pair):
+    """Scenes of each regime in a pass: more where a formula or a lowest point tells, fewer where it needs a search."""
+    if is_quick(*pair) or (HalfSpace in pair and not FORMED & set(pair) and not moving):
         return min(MOST, each * QUICK)
-    if Polyhedron in pair and not FORMED & set(pair) and not moving:
-        return min(MOST_OF_MESHES, each)
+    if Polyhedron in pair and not moving:
+        return max(1, each // FORMED_MESHES) if FORMED & set(pair) else min(MOST_OF_MESHES, each * MESHES)
     if is_flat(pair[0]) and not moving:
         return min(MOST_OF_POLYGONS, POLYGONS * each)
     return max(1, each // SEARCHED)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
@@ -97,14 +98,15 @@ class Campaign:
         """All tasks of the plan that there is time for."""
         budget = self.run.budget
         late = max(2 * budget, budget + PATIENCE)
-        self._do(plan.replays(self.filing.buckets.ledger, self.run.engines, self.pairs), until=late)
-        self._do(plan.first_pass(self.pairs, self.run.seed), until=late)
-        self._do(plan.crowds(self.run.engines, self.pairs), until=late)
-        self._do(plan.surveys(self.run.engines, self.pairs), until=late)
-        if not self.passes and self.elapsed > budget + PATIENCE:
-            self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
+        asked = self.filing.buckets.ledger, self.run.engines, self.pairs
+        for known in (plan.replays, plan.crowds, plan.surveys):
+            self._do(known(*asked), until=late)
+        begun = self.elapsed
+        self._do(plan.first_pass(self.answered, self.run.seed), until=begun + late)
+        if not self.passes and (took := self.elapsed - begun) > budget + PATIENCE:
+            self.run.problems.append(f"the first pass took {took:.0f} s of a budget of {budget:g} s")
         hunted = (1 - BOILING) * budget
-        self._do(plan.later_passes(self.pairs, self.targets(), self.run.seed, self.passes), until=hunted)
+        self._do(plan.later_passes(self.answered, self.targets(), self.run.seed, self.passes), until=hunted)
         while self.flying:
             self._land()
         self.certify()
@@ -127,6 +129,11 @@ class Campaign:
         left = self.filing.buckets.new_to_shrink()
         if left:
             self.run.problems.append(f"no time was left to shrink what is new of {left} of {len(groups)} symptoms")
+
+    @cached_property
+    def answered(self) -> list[PairKey]:
+        """Pairs of which any engine answers anything: scenes of the others would be drawn for nobody."""
+        return [pair for pair in self.pairs if any(self.shop.asked(cell) for cell in cells_of(pair))]
 
     def targets(self) -> list[tuple[str, Cell]]:
         """Every supported cell of every engine."""
@@ -227,6 +234,7 @@ def run_campaign(
     ledger: Ledger | None = None,
     models: str | None = None,
     examples: int = MANY_EXAMPLES,
+    database: str | None = None,
     executor: Executor | None = None,
     enough: Callable[[Run], bool] | None = None,
     folder: Path | None = None,
@@ -255,6 +263,8 @@ def run_campaign(
         Folder from which the regime `models` takes its geometry; by default what PyBullet ships.
     examples
         Scenes that each attack of Hypothesis generates.
+    database
+        Folder in which Hypothesis keeps what fails, and tries it first the next time: what is found depends on it too.
     executor
         What does the tasks: anything of `concurrent.futures`, by default this process. It is shut down.
     enough
@@ -278,9 +288,10 @@ def run_campaign(
     """
     executor = executor or Here()
     try:
-        shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models, examples))
+        shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models, examples, database))
         wanted = opening.wanted_pairs(pairs, [bench.engine for bench in shop.benches])
         run = opening.run_of(shop, wanted, budget)
+        run.engine_versions = plan.versions(run.engines, wanted) | run.engine_versions
         run.passes = passes
         if not isinstance(executor, Here):
             shop.rest()
@@ -289,7 +300,7 @@ def run_campaign(
         filing = Filing(run, Buckets(known))
         campaign = Campaign(shop, run, wanted, passes, listener, filing, executor, room(executor), enough, store)
         if listener is not None:
-            listener.started(run.engines, len(run.support))
+            listener.started(run.engines, sum(note.kind != "unsupported" for note in run.support.values()))
         _survive(campaign)
         with ignored():
             campaign.finish()

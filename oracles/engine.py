@@ -12,6 +12,7 @@ stand there too; the answer is the first time from 0 to 1 at which the two touch
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -309,6 +310,10 @@ for name, columns in COLUMNS.items():
         print(name, "=", values[0] if len(values) == 1 else values)
 """
 """Asks the adapter of an engine; see `Engine.repro`."""
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,99}")
+"""Names that an engine may have."""
+FILES: dict[str, str] = {}
+"""Modules that were loaded as files, under names of their own: the names by which they are imported where they lie."""
 
 
 class Engine(ABC):
@@ -319,6 +324,7 @@ class Engine(ABC):
     """
 
     name: ClassVar[str]
+    """What `NAME` fits: reports, ledgers and their folders of witnesses are named by it."""
     flat: ClassVar[bool] = False
     """Whether it is an engine of the plane, and not of space."""
     velocity_limit: ClassVar[float] = float("inf")
@@ -421,8 +427,9 @@ class Engine(ABC):
         """
         self.require(query, A, B)
         kind, kinds = type(self), ", ".join(sorted({A.__name__, B.__name__}))
+        module = FILES.get(kind.__module__, kind.__module__)
         return ADAPTER_SCRIPT.format(
-            module=kind.__module__, name=kind.__name__, kinds=kinds, query=query, A=A, B=B, row_a=row_a, row_b=row_b
+            module=module, name=kind.__name__, kinds=kinds, query=query, A=A, B=B, row_a=row_a, row_b=row_b
         )
 
     def require(self, query: str, A: Kind, B: Kind) -> None:

@@ -18,7 +18,7 @@ from oracles.ledger import settle
 from oracles.ledger.replay import Replayed
 from oracles.measuring import Measured, speeds_of
 from oracles.outcome import Kind, Outcome, Run
-from oracles.tasks import ReplayTask, ShrinkTask, Task
+from oracles.tasks import ShrinkTask, Task
 
 
 class ReferenceFailed(Exception):
@@ -98,8 +98,7 @@ class Filing:
             self.buckets.add_proven(finding)
         for key, (number, worst) in outcome.counted.items():
             self.buckets.add_counted(key, number, worst)
-        if isinstance(task, ReplayTask) and (replayed := task.replayed(outcome)):
-            self.replayed.append(replayed)
+        self.replayed += task.replayed(outcome)
 
     def settle(self, shop: Workshop) -> None:
         """Put the buckets in order, with scripts and with what the ledger says of them."""

@@ -151,13 +151,15 @@ class Judge:
         nominal = self.rules.of_scene(scene, answers)
         if not nominal.answered[0] or nominal.unusable[0]:
             return Verdict(Kind.UNDECIDED)
-        questions = [nominal]
+        questions = [[claim for claim in nominal.claims() if claim.measures is not None and claim.made[0]]]
         if Sides.of(self.rules, scene.cell, nominal).violated.any():
-            questions.append(self.rules.effectively(scene.cell, nominal))
+            effective = self.rules.effectively(scene.cell, nominal).claims()
+            meant = [c for c in effective if c.measures is not None and c.made[0] and not c.by_convention]
+            questions += [meant] if meant else []
         found: list[Exact] = []
-        for rows in questions:
+        for claims in questions:
             least: Exact = 0.0
-            for claim in (claim for claim in rows.claims() if claim.measures is not None and claim.made[0]):
+            for claim in claims:
                 known = self._interval(claim, scene)
                 if isinstance(known, Verdict):
                     return known

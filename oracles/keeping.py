@@ -31,6 +31,12 @@ def rows_of(shape: Proxy) -> Array:
     return _kept_of(_rows, shape, _packed)
 
 
+def shape_of(rows: Array, kind: type[Proxy]) -> Proxy:
+    """The batch of which these are the rows: the very one that `rows_of` was asked about, with all that it derived."""
+    known = next((shape for shape, packed in _rows.values() if packed is rows), None)
+    return kind.unpack(rows) if known is None else known
+
+
 def _packed(shape: Proxy) -> Array:
     rows = shape.pack()
     rows.flags.writeable = False

@@ -235,7 +235,7 @@ def urdf_model(path: Path, root: Path) -> Sequence[Piece]:
     for element in elements:
         try:
             if element.sort == "mesh" and element.file not in files:
-                files[element.file] = read_mesh(_find(element.file, path, root))
+                files[element.file] = read_mesh(found_mesh(element.file, path, root))
             pieces += _pieces(element, files)
         except (ModelError, ShapeError) as error:
             named = f" {shown(element.file)!r}" if element.file else ""
@@ -243,7 +243,7 @@ def urdf_model(path: Path, root: Path) -> Sequence[Piece]:
     return pieces
 
 
-def _find(said: str, urdf: Path, root: Path) -> Path:
+def found_mesh(said: str, urdf: Path, root: Path) -> Path:
     """Find the file of a mesh: beside the URDF, or, for a package, in a folder above it that has such a path."""
     scheme, _, rest = said.rpartition("://")
     if scheme not in ("", "package"):

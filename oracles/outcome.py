@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from hashlib import sha256
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from oracles.accuracy import Accuracy, CellKey, Extreme, ExtremeKey
 from oracles.scene import Scene
@@ -16,6 +16,7 @@ from refimpl.proof.impacts import ImpactCertificate
 
 if TYPE_CHECKING:
     from oracles.crowds.judging import CrowdCount
+    from oracles.fault import Fault
     from oracles.sheets import Sheet
     from oracles.surveys.judging import SurveyCount
 
@@ -244,6 +245,16 @@ CountedKey = tuple[str, str, str, str, int | None, str]
 """engine, query, pair, symptom, decade, regime"""
 
 
+class Met(NamedTuple):
+    """What became of a witness of the ledger that is no scene, when the engine was asked again."""
+
+    witness: str
+    """Its id."""
+    kind: Kind
+    fault: Fault | None
+    """Where it fails still."""
+
+
 @dataclass
 class Outcome:
     """What a task brings home.
@@ -286,6 +297,8 @@ class Outcome:
     """What became of crowds before an engine's broad phase; not part of a record."""
     surveys: list[SurveyCount] = field(default_factory=list)
     """What became of the questions of a survey; not part of a record."""
+    met: list[Met] = field(default_factory=list)
+    """What became of the ledger's witnesses of surveys and crowds; not part of a record."""
     sheets: list[Sheet] = field(default_factory=list)
     """Each answer; no longer there once it is in the record."""
 

@@ -1,9 +1,10 @@
 """The plan of a campaign: which tasks, in which order. It depends on nothing but the options and the seed.
 
-First the ledger's witnesses are asked again, so that what is known does not hang on luck. Then the bulk hunter puts
-scenes of every regime before every cell of every engine, crowds come before every broad phase, and surveys before the
-libraries that answer other things than pairs. Then larger passes of it take turns with Hypothesis and with relations, a
-few tasks each, so that however soon the time is used up, all have had their share.
+First the ledger's witnesses are asked again, so that what is known does not hang on luck: scenes on their own, the
+others where crowds come before every broad phase, and surveys before the libraries that answer other things than
+pairs. Then the bulk hunter puts scenes of every regime before every cell of every engine. Then larger passes of it
+take turns with Hypothesis and with relations, a few tasks each, so that however soon the time is used up, all have had
+their share.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from oracles.batch import PairKey
 from oracles.engines import SHIPPED
 from oracles.ledger import Ledger
 from oracles.ledger.replay import to_replay
+from oracles.ledger.studies import CaseWitness, CrowdWitness
+from oracles.ledger.witness import Witness
 from oracles.scene import Cell
 from oracles.surveys import SURVEYS, load_survey
 from oracles.tasks import BulkTask, CrowdTask, HuntTask, RelateTask, ReplayTask, SurveyTask, Task
@@ -37,9 +40,13 @@ def replays(ledger: Ledger, engines: Sequence[str], pairs: Sequence[PairKey]) ->
     """The ledger's witnesses of the cells that are asked."""
     for engine in engines:
         for witness in to_replay(ledger, engine):
-            cell = witness.scene.cell
-            if (cell.type_a, cell.type_b) in pairs:
+            if isinstance(witness, Witness) and _pair_of(witness) in pairs:
                 yield ReplayTask(witness)
+
+
+def _pair_of(witness: Witness) -> PairKey:
+    cell = witness.scene.cell
+    return cell.type_a, cell.type_b
 
 
 def first_pass(pairs: Sequence[PairKey], seed: int) -> Iterator[Task]:
@@ -47,13 +54,15 @@ def first_pass(pairs: Sequence[PairKey], seed: int) -> Iterator[Task]:
     return _bulk(pairs, seed, 0)
 
 
-def crowds(engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
+def crowds(ledger: Ledger, engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
     """Crowds before each engine's broad phase, where all pairs of space are asked: a crowd is of no pair."""
-    return iter([CrowdTask(engine) for engine in engines] if set(SPACE.table) <= set(pairs) else [])
+    for engine in engines if set(SPACE.table) <= set(pairs) else ():
+        again = [w for w in to_replay(ledger, engine) if isinstance(w, CrowdWitness)]
+        yield CrowdTask(engine, ledger.live(engine), tuple(again))
 
 
-def surveys(engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
-    """Surveys of other libraries, where all pairs and any of the shipped engines are asked.
+def surveyed(engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[tuple[str, str]]:
+    """Surveys and engines of theirs, where all pairs and any of the shipped engines are asked.
 
     An engine that answers surveys and pairs is surveyed where it is asked about pairs. A run that is about nothing but
     an engine of the user's own asks nobody else.
@@ -61,7 +70,20 @@ def surveys(engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
     if set(SPACE.table) <= set(pairs) and any(engine in SHIPPED for engine in engines):
         for name in SURVEYS:
             others = (one for one in load_survey(name).engines if one not in SHIPPED or one in engines)
-            yield from (SurveyTask(name, engine) for engine in others)
+            yield from ((name, engine) for engine in others)
+
+
+def surveys(ledger: Ledger, engines: Sequence[str], pairs: Sequence[PairKey]) -> Iterator[Task]:
+    """Each survey before each of its engines (`surveyed`)."""
+    for name, engine in surveyed(engines, pairs):
+        every = (w for w in to_replay(ledger, engine) if isinstance(w, CaseWitness))
+        again = tuple(witness for witness in every if witness.survey == name)
+        yield SurveyTask(name, engine, ledger.live(engine), again)
+
+
+def versions(engines: Sequence[str], pairs: Sequence[PairKey]) -> dict[str, str]:
+    """Of the libraries that surveys will ask, by the names of their engines."""
+    return {engine: load_survey(name).engines[engine].version() for name, engine in surveyed(engines, pairs)}
 
 
 def later_passes(

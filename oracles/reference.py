@@ -20,7 +20,7 @@ from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, di
 from refimpl.flat import Disc, FlatPoint, FlatRay, Rectangle, Segment
 from refimpl.linear import Array, Bools, norm
 from refimpl.overlaps import resolve
-from refimpl.pairs import ITERATIVE, Rule
+from refimpl.pairs import CLOSED, ITERATIVE, Rule
 from refimpl.proof import Certificate, certify, check
 from refimpl.proof.claims import Bound
 from refimpl.shapes import Composite, Polyhedron
@@ -28,6 +28,8 @@ from refimpl.shapes import Composite, Polyhedron
 Kind = type[Proxy]
 
 MOST_REMEMBERED, MOST_PROVEN = 20_000, 1_000
+ALONE = 16
+"""Batches up to so many rows are remembered in any case: the judge of one answer asks about it again."""
 QUICK: set[Kind] = {Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box, FlatPoint, FlatRay, Disc, Segment, Rectangle}
 """Types whose pairs need neither search nor corners nor pieces."""
 
@@ -54,28 +56,36 @@ def rule_of(x: Kind, y: Kind) -> Rule:
     return table[x, y] if (x, y) in table else table[y, x]
 
 
+def _is_formula(x: Kind, y: Kind) -> bool:
+    """Whether a pair is answered by a formula that reads no corners."""
+    return rule_of(x, y).exactness == CLOSED and not (x.header or y.header)
+
+
 def error_of(x: Proxy, y: Proxy) -> float:
     """By how much the reference may be wrong about these, relative to the scene's size."""
     return SEARCH_ERROR if rule_of(type(x), type(y)).exactness == ITERATIVE else DIRECT_ERROR
 
 
-def signed(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
+def signed(x: Proxy, y: Proxy, wanted: Bools, *, above: bool = True) -> tuple[Array, Array]:
     """Signed distances from below and above, for the rows of a batch that are wanted; 0 for the others.
 
-    The two differ only for unions that overlap.
+    The two differ only for unions that overlap; for large batches of these the one from above is not looked for where
+    nobody asks for it, and told to be that from below.
     """
     if (
         isinstance(x, Point) and isinstance(y, Capsule | Segment) and np.array_equal(y.p, y.q)
     ):  # a ball: of radius 0, perhaps
         sigma = np.where(wanted, norm(x.position - y.p) - y.radius, 0.0)
         return sigma, sigma
-    if is_quick(type(x), type(y)):
+    if is_quick(type(x), type(y)) or _is_formula(type(x), type(y)):
         with timed("reference"):
             sigma = np.where(wanted, distance(x, y).distance, 0.0)
         return sigma, sigma
     low, high = np.zeros(len(wanted)), np.zeros(len(wanted))
     rows = np.flatnonzero(wanted)
-    if rows.size:
+    if rows.size > ALONE and not above:
+        low[rows] = high[rows] = distance(x[rows], y[rows]).distance
+    elif rows.size:
         low[rows], high[rows] = _recalled(x[rows], y[rows])
     return low, high
 

@@ -63,8 +63,8 @@ class Screening:
     error : (n,)
         By how much the value that was answered (signed distance, time of a ray's hit) is off at least, before any
         tolerance: its distance from the reference's value, of a hit that from the surface, less what the reference may
-        err by. A length, of impacts a velocity; on the effective shapes, where these speak for the engine. NaN without
-        a value.
+        err by. A length, of impacts a velocity; on the effective shapes, where these speak for the engine, unless it
+        declares that the value is not meant to be that. NaN without a value.
     """
 
     codes: NDArray[np.int8]
@@ -153,7 +153,8 @@ class Sides:
         """Try every claim; with the sides of other shapes, those that can tell what `_judge_jointly` asks of both.
 
         Once a claim is broken on both, no graver one is, and the others do not count; where nothing is broken that
-        counts on the others, nothing does. What is measured is tried all the same.
+        counts on the others, nothing does. What is measured is tried all the same, but for a depth that by convention
+        is not that of the pair: how far it is off is known of the shapes given, and no other shapes excuse it.
         """
         claims, size, n = list(rows.claims()), rows.size, len(rows.a)
         excess, violated = np.full((2 * len(claims), n), -np.inf), np.zeros((2 * len(claims), n), dtype=bool)
@@ -161,7 +162,7 @@ class Sides:
         open_still = np.ones(n, dtype=bool) if joined is None else joined.counting.any(axis=0)
         for i, whole in enumerate(claims):
             sides, claim = slice(2 * i, 2 * i + 2), whole
-            if joined is not None and whole.measures is None:
+            if joined is not None and (whole.measures is None or whole.by_convention):
                 claim = replace(whole, made=whole.made & open_still & (not whole.by_convention))
             below, above, doubt = claim.violations()
             allowed = rules.allowed(cell, claim.kind, size)
@@ -225,6 +226,8 @@ def _effectively(
     The shapes are made for the whole batch, so that other queries and engines find them, and what is known of them;
     but few rays that are wrong are taken alone, since no other query asks about their targets.
     """
+    if not ours.counting.any():
+        return ours, True  # what is broken by convention needs no excuse
     few = FEW * wrong.size < len(nominal.a)
     rows = nominal.take(wrong) if few and cell.query == RAYCAST else nominal
     effective = rules.effectively(cell, rows)

@@ -175,9 +175,11 @@ def _differences(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
 
 # -- Parquet -------------------------------------------------------------------------------------------------
 
-SELECT = """
-SELECT $words[engine + 1] AS engine, $words[query + 1] AS query, $words[pair + 1] AS pair, $words[regime + 1] AS regime,
-       number, status, $kinds[kind + 1] AS verdict, $words[symptom + 1] AS symptom, amount, pressure,
+WORD = "($words::VARCHAR[])[{0} + 1] AS {0}"
+"""A code as its word; the type is named, for a task without answers has no words, and its columns are texts as well."""
+SELECT = f"""
+SELECT {", ".join(map(WORD.format, ("engine", "query", "pair", "regime")))},
+       number, status, $kinds[kind + 1] AS verdict, {WORD.format("symptom")}, amount, pressure,
        CASE WHEN NOT isnan(error) THEN error END AS error, size, CASE WHEN NOT isnan(gap) THEN gap END AS gap, aspect,
        proven
 FROM answers

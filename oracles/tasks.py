@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from pathlib import Path
 from threading import Lock, Thread
 from typing import ClassVar
 
@@ -23,10 +25,12 @@ from oracles.crowds.boxes import crowds
 from oracles.crowds.judging import question
 from oracles.hunt import hunting
 from oracles.judges import finding_of
+from oracles.ledger import Entry, Ledger
 from oracles.ledger.replay import Replayed, replay
-from oracles.ledger.witness import Witness
+from oracles.ledger.studies import CaseWitness, CrowdWitness
+from oracles.ledger.witness import AnyWitness, Witness
 from oracles.library import using
-from oracles.outcome import Finding, Kind, Outcome, Verdict
+from oracles.outcome import ID_DIGITS, Finding, Kind, Outcome, Verdict
 from oracles.relating import relating
 from oracles.scene import Cell
 from oracles.shrink import shrink_all
@@ -52,6 +56,11 @@ class Task(ABC):
     @abstractmethod
     def do(self, shop: Workshop) -> Outcome:
         """Do it."""
+
+    def replayed(self, outcome: Outcome) -> list[Replayed]:
+        """What the outcome says of the ledger's witnesses, where the task has asked any of them again."""
+        del outcome
+        return []
 
 
 @dataclass(frozen=True)
@@ -89,9 +98,12 @@ class HuntTask(Task):
 
     def do(self, shop: Workshop) -> Outcome:
         """Search, shrink and prove."""
-        setup = shop.setup
-        bench = shop.bench(self.engine)
-        return hunting(bench, self.cell, seed=setup.seed + self.number, examples=setup.examples)
+        setup, words = shop.setup, (self.engine, self.cell.query, self.cell.pair)
+        own = sha256(" ".join(words).encode()).hexdigest()[:ID_DIGITS]  # an engine's name may lead anywhere
+        kept = None if setup.database is None else Path(setup.database) / own
+        return hunting(
+            shop.bench(self.engine), self.cell, seed=setup.seed + self.number, examples=setup.examples, database=kept
+        )
 
 
 @dataclass(frozen=True)
@@ -173,6 +185,10 @@ class CrowdTask(Task):
 
     recorded = False
     engine: str
+    entries: tuple[Entry, ...] = ()
+    """Of the ledger, on this engine."""
+    again: tuple[CrowdWitness, ...] = ()
+    """Witnesses of the ledger, which are asked first."""
 
     @property
     def name(self) -> str:
@@ -186,9 +202,15 @@ class CrowdTask(Task):
         if solver is None:
             return Outcome()
         with timed("broad phases"):
-            found = question(bench.spec, bench.name, solver, crowds(shop.setup.seed, CROWD))
+            again = {kept.id: kept.witness for kept in self.again}
+            made = crowds(shop.setup.seed, CROWD)
+            found, met = question(bench.spec, bench.name, solver, made, Ledger(self.entries).name_of, again)
         digest = sha256(repr([count.counted() for count in found]).encode()).hexdigest()
-        return Outcome(crowds=found, digest=digest)
+        return Outcome(crowds=found, met=met, digest=digest)
+
+    def replayed(self, outcome: Outcome) -> list[Replayed]:
+        """What the outcome says of the witnesses."""
+        return _met(self.again, outcome)
 
 
 @dataclass(frozen=True)
@@ -198,6 +220,10 @@ class SurveyTask(Task):
     recorded = False
     survey: str
     engine: str
+    entries: tuple[Entry, ...] = ()
+    """Of the ledger, on this engine."""
+    again: tuple[CaseWitness, ...] = ()
+    """Witnesses of the ledger, which are asked first."""
 
     @property
     def name(self) -> str:
@@ -207,9 +233,22 @@ class SurveyTask(Task):
     def do(self, shop: Workshop) -> Outcome:
         """Ask, judge, and show what is wrong."""
         with timed(f"survey {self.survey}"):
-            found = surveys.question(self.survey, self.engine, shop.setup.seed)
+            again = {kept.id: kept.shown.case for kept in self.again}
+            found, met = surveys.question(
+                self.survey, self.engine, shop.setup.seed, Ledger(self.entries).name_of, again
+            )
         digest = sha256(repr([count.counted() for count in found]).encode()).hexdigest()
-        return Outcome(surveys=found, digest=digest)
+        return Outcome(surveys=found, met=met, digest=digest)
+
+    def replayed(self, outcome: Outcome) -> list[Replayed]:
+        """What the outcome says of the witnesses."""
+        return _met(self.again, outcome)
+
+
+def _met(again: Sequence[AnyWitness], outcome: Outcome) -> list[Replayed]:
+    """What became of witnesses that are no scenes."""
+    by_id = {witness.id: witness for witness in again}
+    return [Replayed(by_id[met.witness], met.kind, None, met.fault) for met in outcome.met]
 
 
 @dataclass(frozen=True)
@@ -235,10 +274,10 @@ class ReplayTask(Task):
         outcome.digest = sha256(f"{found.kind} {found.finding and found.finding.answer}".encode()).hexdigest()
         return outcome
 
-    def replayed(self, outcome: Outcome) -> Replayed | None:
-        """What the outcome says of the witness; None where there is none, because the task failed."""
+    def replayed(self, outcome: Outcome) -> list[Replayed]:
+        """What the outcome says of the witness; nothing where the task failed."""
         kinds = [key[4] for key in outcome.counts]
-        return Replayed(self.witness, kinds[0], next(iter(outcome.findings), None)) if kinds else None
+        return [Replayed(self.witness, kinds[0], next(iter(outcome.findings), None))] if kinds else []
 
 
 _one_at_a_time = Lock()

@@ -140,6 +140,32 @@ def collision_elements(data: bytes) -> tuple[Element, ...]:
     return found
 
 
+def link_elements(data: bytes, sort: str) -> dict[str, tuple[Element, ...]]:
+    """Shapes of each link of a URDF file, in the frame of that link; links without any are left out.
+
+    Parameters
+    ----------
+    data
+        The file's content.
+    sort : {"collision", "visual"}
+
+    Raises
+    ------
+    ModelError
+        As for `collision_elements`; the joints do not matter here.
+    """
+    root = _tree(data)
+    if root.tag != "robot":
+        raise ModelError(f"is no URDF: its root element is {root.where}, not <robot>")
+    found: dict[str, tuple[Element, ...]] = {}
+    for link in root.all("link"):
+        name = link.text("name")
+        if name in found:
+            raise ModelError(f"{link.where}: there is a link of that name above it")
+        found[name] = tuple(_element(node, link, ORIGIN) for node in link.all(sort))
+    return {name: elements for name, elements in found.items() if elements}
+
+
 def _tree(data: bytes) -> _Node:
     """Parse without entities of its own, which is how a small file becomes a huge one."""
     parser = expat.ParserCreate()

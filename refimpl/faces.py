@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -164,11 +165,23 @@ def _shifted_left(mantissa: Array, shifts: Any) -> list[list[int]]:
 
 def _in_good_order(points: Array) -> list[int]:
     """Outermost points first, for what lies within their hull is soon done; then as by chance, but always the same."""
-    ways = np.random.default_rng(0).normal(size=(26, 3))
-    heights = [points[:, 0] * x + points[:, 1] * y + points[:, 2] * z for x, y, z in ways.tolist()]
-    first = [int(np.argmax(h)) for h in heights] if len(points) > len(ways) else []
-    rest = np.random.default_rng(1).permutation(len(points)).tolist()
-    return list(dict.fromkeys(first + rest))
+    ways = _ways()
+    first = []
+    if len(points) > len(ways):
+        first = [int(np.argmax(points[:, 0] * x + points[:, 1] * y + points[:, 2] * z)) for x, y, z in ways]
+    return list(dict.fromkeys(first + _shuffled(len(points))))
+
+
+@lru_cache(maxsize=1)
+def _ways() -> list[list[float]]:
+    found: list[list[float]] = np.random.default_rng(0).normal(size=(26, 3)).tolist()
+    return found
+
+
+@lru_cache(maxsize=64)
+def _shuffled(count: int) -> list[int]:
+    found: list[int] = np.random.default_rng(1).permutation(count).tolist()
+    return found
 
 
 def _essential(touching: dict[int, set[int]], dimension: int) -> list[int]:

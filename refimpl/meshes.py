@@ -18,6 +18,8 @@ from refimpl.signs import Indices, Points, Signs
 Triangles = NDArray[np.int64]
 FEW = 64
 """Of no more faces each is compared with each."""
+MANY, ASKED, MOST_PAIRS = 10_000, 64, 30_000_000
+"""Of more than `MANY` faces it is estimated, by `ASKED` of them, whether more pairs are near than can be compared."""
 
 
 class MeshError(ShapeError):
@@ -134,9 +136,23 @@ def _near_faces(corners: Array) -> tuple[Indices, Indices]:
     """Pairs i < j of faces whose boxes meet, sorted."""
     from refimpl.broadphase import BruteForce, Octree  # noqa: PLC0415  the package needs shapes, and those need meshes
 
+    lower, upper = corners.min(axis=1), corners.max(axis=1)
+    if len(corners) > MANY:
+        _require_few_pairs(lower, upper)
     structure = BruteForce() if len(corners) <= FEW else Octree()
-    first, second = structure.build(corners.min(axis=1), corners.max(axis=1)).pairs().T
+    first, second = structure.build(lower, upper).pairs().T
     return first, second
+
+
+def _require_few_pairs(lower: Array, upper: Array) -> None:
+    """Refuse boxes that lie on one another by the thousand: their pairs would fill the memory."""
+    asked = np.random.default_rng(0).integers(len(lower), size=ASKED)
+    met = sum(int(np.sum(np.all((lower <= upper[i]) & (upper >= lower[i]), axis=1))) - 1 for i in asked)
+    pairs = met / ASKED * len(lower) / 2
+    if pairs > MOST_PAIRS:
+        raise MeshError(
+            f"crowded: each of the {len(lower)} faces is near about {met // ASKED} others, too many to compare"
+        )
 
 
 def _crossing(points: Points, f: Triangles, g: Triangles, _: Bools) -> Bools:

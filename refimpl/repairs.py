@@ -8,13 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refimpl.linear import Array
-from refimpl.meshes import Triangles, crossings, directed_edges, shells
+from refimpl.meshes import MeshError, Triangles, crossings, directed_edges, shells
 from refimpl.signs import Points
 
 Mesh = tuple[Array, Triangles]
 
 NEAR = 1e-5
 """Vertices no farther apart than this share of the mesh's diagonal become one by `merge_near`."""
+MOST_PAIRS = 20_000_000
+"""Pairs of vertices so near that `merge_near` takes in; more are a mesh that is a speck in its own box."""
+SIMPLE = 20_000
+"""Faces that `simplify` leaves."""
 
 
 def merged(vertices: Array, triangles: Triangles) -> Mesh:
@@ -58,10 +62,10 @@ def _turned_outwards(vertices: Array, triangles: Triangles) -> Mesh:
                         turned[other] = turned[other][::-1]
                     label[other] = start
                     waiting.append(other)
-        mine = label == start
-        x = vertices[turned[mine]] - vertices[turned[start, 0]]
-        if float(np.sum(x[:, 0] * np.cross(x[:, 1], x[:, 2]))) < 0:
-            turned[mine] = turned[mine][:, ::-1]
+    x = vertices[turned] - vertices[turned[label, 0]][:, None]
+    enclosed = np.bincount(label, np.sum(x[:, 0] * np.cross(x[:, 1], x[:, 2]), axis=1), len(triangles))
+    inwards = enclosed[label] < 0
+    turned[inwards] = turned[inwards][:, ::-1]
     return vertices, turned
 
 
@@ -94,14 +98,17 @@ def _filled_holes(vertices: Array, triangles: Triangles) -> Mesh:
             onwards.setdefault(v, []).append(u)
     added = []
     for start in sorted(onwards):
-        path = [start]
+        path, place = [start], {start: 0}
         while onwards.get(path[-1]):
             here = onwards[path[-1]].pop()
-            if here in path:  # a loop is closed; what led to it may still belong to another
-                loop = path[path.index(here) :]
-                del path[path.index(here) + 1 :]
+            if here in place:  # a loop is closed; what led to it may still belong to another
+                loop = path[place[here] :]
+                for gone in loop[1:]:
+                    del place[gone]
+                del path[place[here] + 1 :]
                 added += [[loop[0], loop[i], loop[i + 1]] for i in range(1, len(loop) - 1)]
             else:
+                place[here] = len(path)
                 path.append(here)
     return vertices, np.concatenate([triangles, np.array(added, dtype=np.int64).reshape(-1, 3)])
 
@@ -113,7 +120,13 @@ def _merged_near(vertices: Array, triangles: Triangles) -> Mesh:
     from scipy.spatial import cKDTree  # noqa: PLC0415
 
     reach = NEAR * float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    pairs = cKDTree(vertices).query_pairs(reach, output_type="ndarray")
+    tree = cKDTree(vertices)
+    if tree.count_neighbors(tree, reach) > 2 * MOST_PAIRS:
+        raise MeshError(
+            f"merge_near: most vertices are within {reach:g} of each other, {NEAR:g} of the mesh's diagonal; something "
+            "lies far away from the rest: keep_largest first"
+        )
+    pairs = tree.query_pairs(reach, output_type="ndarray")
     graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(vertices), len(vertices)))
     _, label = connected_components(graph, directed=False)
     _, first = np.unique(label, return_index=True)
@@ -129,11 +142,14 @@ def _without_crossing(vertices: Array, triangles: Triangles) -> Mesh:
 
 def _largest_surface(vertices: Array, triangles: Triangles) -> Mesh:
     """Keep the connected surface of the largest box."""
-    label = shells(triangles, len(vertices))
-    parts = [triangles[label == i] for i in range(int(label.max(initial=-1)) + 1)]
-    if not parts:
+    if not len(triangles):
         return vertices, triangles
-    return vertices, max(parts, key=lambda part: float(np.linalg.norm(np.ptp(vertices[part.ravel()], axis=0))))
+    label = shells(triangles, len(vertices))
+    order = np.argsort(label, kind="stable")
+    starts = np.flatnonzero(np.diff(label[order], prepend=-1))
+    corners = vertices[triangles[order]]
+    lower, upper = np.minimum.reduceat(corners.min(axis=1), starts), np.maximum.reduceat(corners.max(axis=1), starts)
+    return vertices, triangles[label == int(np.argmax(np.linalg.norm(upper - lower, axis=1)))]
 
 
 def _hull(vertices: Array, triangles: Triangles) -> Mesh:
@@ -151,6 +167,24 @@ def _hull(vertices: Array, triangles: Triangles) -> Mesh:
     return corners, faces
 
 
+def _simplified(vertices: Array, triangles: Triangles) -> Mesh:
+    """Fewer faces, by collapsing the edges that change the surface least; of faces that fold together, none.
+
+    Garland and Heckbert, Surface Simplification Using Quadric Error Metrics, 1997; by the library fast-simplification.
+    """
+    try:
+        import fast_simplification  # noqa: PLC0415  an extra
+    except ImportError:
+        raise MeshError("simplify needs fast-simplification: pip install 'proxyproof[simplify]'") from None
+    if len(triangles) <= SIMPLE:
+        return vertices, triangles
+    points, faces = np.array(vertices, order="C"), np.array(triangles, dtype=np.int32, order="C")
+    corners, kept = merged(*fast_simplification.simplify(points, faces, target_count=SIMPLE))
+    kept = _without_degenerate(corners, kept)[1]
+    _, which, times = np.unique(np.sort(kept, axis=1), axis=0, return_inverse=True, return_counts=True)
+    return corners, kept[times[which.reshape(-1)] == 1]
+
+
 REPAIRS: dict[str, Callable[[Array, Triangles], Mesh]] = {
     "merge_near": _merged_near,
     "drop_degenerate": _without_degenerate,
@@ -159,10 +193,12 @@ REPAIRS: dict[str, Callable[[Array, Triangles], Mesh]] = {
     "keep_largest": _largest_surface,
     "turn_outwards": _turned_outwards,
     "fill_holes": _filled_holes,
+    "simplify": _simplified,
     "hull": _hull,
 }
 """What can be done about a mesh, by name.
 
 Near vertices become one; faces without area, given twice, or crossing others are left out; of several surfaces the
-largest stays; faces turned over are turned back; open rims are closed; the convex hull takes the mesh's place.
+largest stays; faces turned over are turned back; open rims are closed; a mesh of more faces than `SIMPLE` gets so
+many; the convex hull takes the mesh's place.
 """

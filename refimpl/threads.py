@@ -11,6 +11,7 @@ import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
 from itertools import pairwise
 from typing import TypeVar
@@ -70,3 +71,16 @@ def in_threads(work: Callable[[T], R], parts: Iterable[T]) -> list[R]:
             running = [pool.submit(copy_context().run, alone, part) for part in others]
             found += [task.result() for task in running]
     return found
+
+
+@contextmanager
+def products_in_one_thread() -> Iterator[None]:
+    """Keep matrix products within this block from being shared among threads.
+
+    A search that makes thousands of small ones waits longer for the threads than it computes, the threads spin
+    meanwhile, and how many there are decides the last bits of a sum. It holds for the whole process while it lasts.
+    """
+    from threadpoolctl import threadpool_limits  # noqa: PLC0415  only searches need it
+
+    with threadpool_limits(1, user_api="blas"):
+        yield

@@ -6,9 +6,10 @@ import re
 from collections.abc import Iterator
 
 from oracles.crowds.boxes import REGIMES
-from oracles.crowds.judging import CrowdCount, Witness
+from oracles.crowds.failing import Witness
+from oracles.crowds.judging import CrowdCount
 from oracles.outcome import Run
-from reports import text
+from reports import ledger, text
 from reports.tables import Column, Entry, Table
 
 WHAT = (
@@ -23,7 +24,7 @@ COLUMNS: tuple[tuple[str, str], ...] = (
     ("bodies", "bodies"),
     ("pairs to name", "pairs"),
     ("missing", "missing"),
-    ("missing beyond its limit", "beyond_limit"),
+    ("known", "known"),
     ("touching", "close"),
     ("named though apart", "extra"),
     ("false alarms", "false_alarms"),
@@ -31,6 +32,8 @@ COLUMNS: tuple[tuple[str, str], ...] = (
     ("not the nearest", "not_nearest"),
     ("lost", "lost"),
 )
+LONGEST = 2000
+"""Characters of a crowd's bodies that a report shows; `report.json` has them all."""
 BROKEN = ("missing", "not_nearest", "lost")
 """What breaks a promise."""
 
@@ -61,9 +64,10 @@ def _state(count: CrowdCount | None) -> Entry:
         return Entry(said, f"{text.count(count.missing)} of {of_all} missing", "wrong")
     if count.missing:
         return Entry(f"✗ {text.count(count.missing)} of {of_all} missing", alarms, "wrong")
-    if count.beyond_limit:
-        limit = f"{text.count(count.beyond_limit)} missing beyond its limit"
-        return Entry(f"≈ {of_all}", "; ".join(filter(None, (limit, alarms))), "convention")
+    if count.known:
+        said = f"{text.count(count.known)} wrong by a known fault"
+        entries = "; ".join(map(text.visible, count.explained))
+        return Entry(f"≈ {of_all}", "; ".join(filter(None, (said, alarms))), "convention", title=entries)
     return Entry(f"✓ {of_all}", alarms, "ok") if count.pairs else Entry(f"? {text.count(count.close)} touching", alarms)
 
 
@@ -79,40 +83,43 @@ def counts(run: Run) -> Table:
         ]
         named = mine[0]
         promise = f"{named.calls}; margin {text.short(named.margin)}: {named.margin_why}"
-        limit = f". {named.limit}" if named.limit else ""
-        rows.append((Entry(text.visible(engine)), *entries, Entry(text.visible(promise + limit, 1000))))
+        rows.append((Entry(text.visible(engine)), *entries, Entry(text.visible(promise, 1000))))
     columns = (Column("engine"), *(Column(title, True) for title, _ in COLUMNS), Column("asked by, and what it says"))
     return Table("Broad phase: everything that was counted", columns, tuple(rows))
 
 
 def witnesses(run: Run) -> Table:
-    """Of each engine and regime with a missing pair, a small crowd that shows it, with what is proven."""
+    """Of each engine, regime, symptom and cause a small crowd that shows it, with what is proven."""
     rows = []
     for count in run.crowds:
-        if count.witness is None:
-            continue
-        which = Entry(f"{text.visible(count.engine)} · {text.visible(count.regime)}")
-        said = Entry("missing", state="wrong") if count.missing else Entry("beyond its limit", state="convention")
-        script = Entry(script_path(count.engine, count.regime) if count.witness.script else "")
-        rows.append((which, said, Entry(_overlap(count.witness)), Entry("; ".join(_bodies(count.witness))), script))
-    titles = "engine · crowd", "pair 0, 1", "proven", "bodies", "script"
+        for found in count.witnesses:
+            which = Entry(f"{text.visible(count.engine)} · {text.visible(count.regime)}")
+            what = Entry(found.symptom, state="convention" if found.entry else "wrong")
+            script = Entry(script_path(count.engine, count.regime, found.entry) if found.script else "")
+            shown = Entry(_proven(found)), Entry(text.visible("; ".join(_bodies(found)), LONGEST))
+            rows.append((which, what, ledger.told(run, count.engine, found.entry), *shown, script))
+    titles = "engine · crowd", "what", "ledger", "proven", "bodies", "script"
     columns = tuple(Column(title) for title in titles)
-    return Table("Missing pairs, each in the smallest crowd found", columns, tuple(rows))
+    return Table(
+        "What is wrong, each in the smallest crowd found; of a missing pair bodies 0 and 1", columns, tuple(rows)
+    )
 
 
 def scripts(run: Run) -> dict[str, str]:
     """Scripts that show the missing pairs, by their paths in the report's folder."""
-    shown = [count for count in run.crowds if count.witness is not None and count.witness.script]
-    return {script_path(count.engine, count.regime): count.witness.script for count in shown if count.witness}
+    shown = ((count, found) for count in run.crowds for found in count.witnesses if found.script)
+    return {script_path(count.engine, count.regime, found.entry): found.script for count, found in shown}
 
 
-def script_path(engine: str, regime: str) -> str:
+def script_path(engine: str, regime: str, entry: str) -> str:
     """Where the script of an engine's missing pair in a regime stands; named by letters and numbers only."""
-    words = re.findall("[a-z0-9]+", f"{engine} {regime}".lower())
+    words = re.findall("[a-z0-9]+", f"{engine} {regime} {entry}".lower())
     return f"repro/broad-phase-{'-'.join(words)[:80]}.py"
 
 
-def _overlap(witness: Witness) -> str:
+def _proven(witness: Witness) -> str:
+    if witness.pair is None:
+        return text.visible(witness.said)
     return f"bounding boxes overlap by {text.short(witness.depth)} along every axis, or more"
 
 
@@ -133,12 +140,12 @@ def shown(run: Run) -> tuple[Table, ...]:
     return (matrix(run), counts(run), *([found] if found.rows else []))
 
 
-def failures(run: Run) -> list[str]:
-    """Sentences on where an engine broke its promise."""
-    said = []
+def failures(run: Run) -> dict[str, str]:
+    """Engine to a sentence, where it broke its promise in a way that the ledger does not explain."""
+    said = {}
     for engine in dict.fromkeys(count.engine for count in run.crowds if count.wrong):
         mine = [count for count in run.crowds if count.engine == engine]
         missing, wrong, lost = (sum(getattr(count, name) for count in mine) for name in BROKEN)
         pairs = f"{text.plural(missing, 'pair')} missing, {text.plural(wrong, 'nearest pair')} wrong"
-        said.append(f"broad phase of {engine}: {pairs}, {text.plural(lost, 'crowd')} lost")
+        said[engine] = f"broad phase of {engine}: {pairs}, {text.plural(lost, 'crowd')} lost"
     return said

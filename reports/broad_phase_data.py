@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from oracles.crowds.boxes import BoxCrowd
-from oracles.crowds.judging import CrowdCount, Witness
-from refimpl.proof import check
-from refimpl.proof.wire import certificate_to_json, from_json
+from oracles.crowds.failing import Witness
+from oracles.crowds.judging import CrowdCount
 
-TEXTS = ("engine", "regime", "calls", "margin_why", "limit")
+TEXTS = ("engine", "regime", "calls", "margin_why")
 WHOLE = (
     "crowds",
     "bodies",
     "pairs",
     "missing",
-    "beyond_limit",
+    "known",
     "close",
     "extra",
     "false_alarms",
@@ -26,21 +24,12 @@ WHOLE = (
 
 
 def crowd_data(count: CrowdCount) -> dict[str, Any]:
-    """Return the counts, and the witness with its proof."""
-    found = count.witness
-    witness = None
-    if found is not None:
-        witness = {
-            "crowd": found.crowd.to_json(),
-            "pair": list(found.pair),
-            "depth": found.depth,
-            "certificate": certificate_to_json(found.certificate),
-        }
-    return {**count.counted(), "witness": witness}
+    """Return the counts, and the witnesses with their proofs."""
+    return {**count.counted(), "witnesses": [witness.to_json() for witness in count.witnesses]}
 
 
 def crowd_from(data: Any) -> CrowdCount:
-    """Read it back, and check the proof of the witness.
+    """Read it back, and check the proofs of the witnesses.
 
     Raises
     ------
@@ -54,19 +43,9 @@ def crowd_from(data: Any) -> CrowdCount:
         setattr(count, name, int(data[name]))
     count.margin, count.widest = float(data["margin"]), float(data["widest"])
     count.errors = [_text(error) for error in data["errors"]]
-    count.witness = None if data["witness"] is None else _witness(data["witness"])
+    count.explained = {_text(name): int(number) for name, number in data["explained"].items()}
+    count.witnesses = [Witness.from_json(item) for item in data["witnesses"]]
     return count
-
-
-def _witness(data: Any) -> Witness:
-    crowd, certificate = BoxCrowd.from_json(data["crowd"]), from_json(data["certificate"])
-    i, j = (int(number) for number in data["pair"])
-    if not 0 <= i < j < len(crowd):
-        raise ValueError(f"a crowd of {len(crowd)} has no bodies {i} and {j}")
-    depth, proven = float(data["depth"]), -check(certificate, crowd.box(i), crowd.box(j))[1]
-    if not 0 <= depth <= proven:
-        raise ValueError(f"the certificate proves an overlap of {float(proven)!r}, not {depth!r}")
-    return Witness(crowd, (i, j), depth, certificate)
 
 
 def _text(value: Any) -> str:

@@ -313,7 +313,7 @@ def _clause(engine: str, verdicts: Counter[Kind]) -> str:
 def warnings(run: Run) -> list[str]:
     """Sentences that a reader must see before anything else."""
     found = ["The run was interrupted: this is what it had until then."] if run.interrupted else []
-    told = [*run.problems, *broad_phase.failures(run), *surveys.failures(run)]
+    told = [*run.problems, *broad_phase.failures(run).values(), *surveys.failures(run)]
     told += [f"{what} ({text.plural(n, 'time')})" for what, n in run.incidents.most_common()]
     found += [text.visible(problem, limit=1000) for problem in told[:MOST_WARNINGS]]
     more = len(told) - MOST_WARNINGS

@@ -126,7 +126,11 @@ def _remove_old(folder: Path) -> None:
     try:
         old = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         listed = [Path(bucket["repro"]).stem for bucket in old["buckets"]]
-        crowds = [broad_phase.script_path(str(c["engine"]), str(c["regime"])) for c in old.get("crowds", [])]
+        crowds = [
+            broad_phase.script_path(str(count["engine"]), str(count["regime"]), str(witness["entry"]))
+            for count in old.get("crowds", [])
+            for witness in count["witnesses"]
+        ]
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return
     for path in crowds:

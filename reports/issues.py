@@ -13,6 +13,7 @@ from pathlib import PurePosixPath
 
 from oracles.engines import PACKAGES
 from oracles.outcome import COMPARED, FINDINGS, Bucket, Finding, Kind, Run, Verdict
+from oracles.repro.calls import needed_by
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP
 from refimpl.shapes import Composite, Proxy
 from reports import shapes, text
@@ -109,7 +110,9 @@ def _versions(run: Run, bucket: Bucket) -> Iterator[str]:
 def _steps(bucket: Bucket, view: BucketView) -> Iterator[str]:
     called = text.block(bucket.call, LONGEST_CALL)
     if 0 < len(bucket.call) <= LONGEST_CALL:
-        yield from ("This needs nothing but the engine and numpy:", "", *fenced(called, "python"), "")
+        adapter = any(name == "oracles" for name, _ in needed_by(bucket.call))
+        what = "the engine, proxyproof, and its adapter in the current folder" if adapter else "the engine and numpy"
+        yield from (f"This needs nothing but {what}:", "", *fenced(called, "python"), "")
     if bucket.repro:
         script = escape(PurePosixPath(view.file).name)
         yield f"The attached script {script} asks the engine, checks the proof below with Python's standard library,"

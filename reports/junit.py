@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 
 from oracles.outcome import COMPARED, FINDINGS, Bucket, EntryNote, Kind, Run, State
-from reports import text
+from reports import broad_phase, text
 from reports.findings import BucketView
 from reports.surveys import said
-from reports.tables import UNSUPPORTED, CellKey, grouped, state_of, total
+from reports.tables import UNSUPPORTED, CellKey, grouped, state_of, time_split, total
 
 LONGEST = 20_000
 """Characters of the text below one case."""
@@ -49,7 +49,11 @@ def render(run: Run, views: Sequence[BucketView]) -> str:
     suites = [("proxyproof", [_whole(run)])]
     suites += [(engine, list(_cells(run, views, engine))) for engine in run.engines]
     suites += [(f"survey.{name}", list(_survey(run, name))) for name in dict.fromkeys(c.survey for c in run.surveys)]
-    suites += [(f"{engine}.ledger", [_entry(n) for n in run.ledger if n.engine == engine]) for engine in run.engines]
+    suites += [("broad phase", list(_broad_phases(run)))]
+    listed = dict.fromkeys(note.engine for note in run.ledger)
+    suites += [
+        (f"{engine}.ledger", [_entry(note) for note in run.ledger if note.engine == engine]) for engine in listed
+    ]
     every = _counts([case for _, cases in suites for case in cases])
     root = ElementTree.Element("testsuites", {"name": "proxyproof", "time": f"{run.seconds:.3f}", **every})
     for name, cases in suites:
@@ -95,8 +99,8 @@ def _whole(run: Run) -> Case:
     """Whether the run is whole."""
     lines = ["the run was interrupted"] * run.interrupted + run.problems
     if not lines:
-        return Case("proxyproof", "run is complete")
-    return Case("proxyproof", "run is complete", ERROR, "incomplete", lines[0], "\n".join(lines))
+        return Case("proxyproof", "run is complete", details=time_split(run))
+    return Case("proxyproof", "run is complete", ERROR, "incomplete", lines[0], "\n".join([*lines, time_split(run)]))
 
 
 def _cells(run: Run, views: Sequence[BucketView], engine: str) -> Iterable[Case]:
@@ -140,7 +144,7 @@ def _survey(run: Run, name: str) -> Iterable[Case]:
         counts = [count for count in mine if (count.engine, count.question) == (engine, question)]
         group, case = f"survey.{name}.{engine}", question or "asked"
         failed, absent = [count for count in counts if count.failed], counts[0].absent
-        details = "\n".join(line for count in counts if count.witness for line in said(count.witness))
+        details = "\n".join(line for count in counts for found in count.witnesses for line in said(found))
         if failed:
             message = "; ".join(f"{c.regime}: {c.wrong} wrong and {c.lost} lost of {c.asked}" for c in failed)
             against = any(count.against_reference for count in failed)
@@ -149,6 +153,14 @@ def _survey(run: Run, name: str) -> Iterable[Case]:
             yield Case(group, case, SKIPPED, "not installed", absent)
         else:
             yield Case(group, case, details=details)
+
+
+def _broad_phases(run: Run) -> Iterable[Case]:
+    """A case for each engine that was asked about crowds."""
+    told = broad_phase.failures(run)
+    for engine in dict.fromkeys(count.engine for count in run.crowds):
+        broken = told.get(engine, "")
+        yield Case("broad phase", engine, FAILURE if broken else "", "wrong" if broken else "", broken)
 
 
 def _entry(note: EntryNote) -> Case:

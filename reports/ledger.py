@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from hashlib import sha256
 
+from oracles.ledger.states import state_by
+from oracles.ledger.studies import failed_in
 from oracles.outcome import EntryNote, Run, State
 from reports import text
 from reports.tables import Column, Entry, Table
@@ -88,6 +90,14 @@ def table(run: Run) -> Table:
     return Table("The ledger of known faults", columns, tuple(_row(note) for note in notes))
 
 
+def told(run: Run, engine: str, entry: str) -> Entry:
+    """State of what an entry explains of surveys and crowds, and by which entry; what has none is new."""
+    note = next((note for note in run.ledger if (note.engine, note.name) == (engine, entry)), None)
+    state = state_by(note)
+    by = None if note is None else history(note)
+    return Entry(state.value, note=_note(f"{by.entry}: {by.cause}") if by else "", state=COLOURS.get(state, ""))
+
+
 def _row(note: EntryNote) -> tuple[Entry, ...]:
     failing = f"{len(note.holding)} of {note.witnesses} fail" if note.witnesses else "none"
     return (
@@ -109,4 +119,6 @@ def in_words(run: Run) -> str:
     counts = run.unsettled
     counts[State.EXPECTED] = sum(bucket.state is not State.NEW for bucket in run.buckets)
     said = [f"{text.count(counts[state])} {word}" for state, word in WORDS.items() if counts[state]]
+    others = sum(not failed.entry for failed in failed_in(run))
+    said += [f"{text.count(others)} {WORDS[State.NEW]} in surveys and crowds"] * bool(others)
     return ", ".join(said)

@@ -27,7 +27,7 @@ def replay(
     run: Folder = Path(DEFAULT),
     engine: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Ask this engine instead; needed for one of your own, as module:class."),
+        typer.Option(metavar="NAME", help="Ask this engine instead; needed for one of your own."),
     ] = None,
     call_limit: Annotated[
         float,
@@ -68,7 +68,7 @@ def _shipped(name: str) -> str:
     from oracles.engines import SHIPPED  # noqa: PLC0415
 
     if name not in SHIPPED:
-        raise BadInput(f"{text.visible(name)!r} is an engine of one's own: name it with --engine module:class")
+        raise BadInput(f"{text.visible(name)!r} is an engine of one's own: name it again with --engine")
     return name
 
 

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from oracles.outcome import Run
 from oracles.surveys import load_survey
 from oracles.surveys.judging import Shown, SurveyCount
-from reports import text
+from reports import ledger, text
 from reports.tables import Column, Entry, Table
 
 WHAT = (
     "Other libraries and this one, asked about things that are no pair of proxies; each answer is judged by a proof or "
-    "by the exact truth. A fault of a library that its adapter names, with its reason, is counted apart and does not "
-    "fail the run."
+    "by the exact truth. A fault that the ledger explains is counted apart, as known, and does not fail the run."
 )
 COLUMNS: tuple[tuple[str, str], ...] = (
     ("asked", "asked"),
@@ -60,7 +59,7 @@ def failures(run: Run) -> list[str]:
 
 def _section(run: Run, name: str) -> Section:
     survey, counts = load_survey(name), [count for count in run.surveys if count.survey == name]
-    found = _witnesses(counts)
+    found = _witnesses(run, counts)
     tables = (_matrix(counts), *([found] if found.rows else []), _counted(counts), _explained(counts))
     return Section(name, survey.title, survey.about, tables)
 
@@ -92,7 +91,7 @@ def _state(count: SurveyCount | None) -> Entry:
     if count.wrong:
         return Entry(f"✗ {text.count(count.wrong)} of {asked} wrong", "; ".join(filter(None, (worst, known))), "wrong")
     if count.known:
-        return Entry(f"≈ {asked}", known, "convention", title="; ".join(map(text.visible, count.excuses)))
+        return Entry(f"≈ {asked}", known, "convention", title="; ".join(map(text.visible, count.explained)))
     if count.undecided:
         return Entry(f"? {text.count(count.undecided)} of {asked} undecided", worst, "undecided")
     return Entry(f"✓ {asked}", worst, "ok")
@@ -113,29 +112,30 @@ def _counted(counts: Sequence[SurveyCount]) -> Table:
 
 
 def _explained(counts: Sequence[SurveyCount]) -> Table:
-    """What the questions are, and by what each engine is asked and what it is held to."""
+    """What the questions and regimes are, and by what each engine is asked and what it is held to."""
     survey = load_survey(counts[0].survey)
-    words = list(survey.questions.items())
+    asked = dict.fromkeys(count.regime for count in counts if not count.absent)
+    words = [*survey.questions.items(), *((name, survey.regimes[name]) for name in asked if name in survey.regimes)]
     words += {count.engine: count.absent or f"{count.calls}: {count.promise}" for count in counts}.items()
     rows = tuple((Entry(text.visible(name)), Entry(text.visible(said, 1000))) for name, said in words)
-    columns = (Column("question, engine"), Column("what is asked, and by what, and what is promised"))
+    columns = (Column("question, regime, engine"), Column("what is asked, of what, by what, and what is promised"))
     return Table(f"{survey.title}: what is asked, and what engines are held to", columns, rows)
 
 
-def _witnesses(counts: Sequence[SurveyCount]) -> Table:
-    """Of each engine and question with anything wrong or lost, the smallest case that shows it."""
+def _witnesses(run: Run, counts: Sequence[SurveyCount]) -> Table:
+    """Of each engine, question, symptom and cause a case that shows it, of what is new the simplest that was found."""
     survey = load_survey(counts[0].survey)
     rows = []
     for count in counts:
-        found = count.witness
-        if found is not None:
+        for found in count.witnesses:
             which = Entry(f"{text.visible(count.engine)} · {text.visible(count.question)}")
-            states = {"wrong": "wrong", "known": "convention", "lost": "crashed"}
-            kind = Entry(found.kind, state=states[found.kind])
+            known = "convention" if found.entry else ""
+            kind = Entry(found.kind, state=known or {"wrong": "wrong", "lost": "crashed"}[found.kind])
             case = Entry(text.visible(survey.written(found.case), LONGEST))
-            rows.append((which, kind, Entry(text.visible("; ".join(said(found)), LONGEST)), case))
-    columns = (Column("engine · question"), Column("what"), Column("proven"), Column("case"))
-    return Table(f"{survey.title}: of each question, the smallest case found", columns, tuple(rows))
+            proven = Entry(text.visible("; ".join(said(found)), LONGEST))
+            rows.append((which, kind, ledger.told(run, count.engine, found.entry), proven, case))
+    columns = (Column("engine · question"), Column("what"), Column("ledger"), Column("proven"), Column("case"))
+    return Table(f"{survey.title}: what is wrong, each by a case that shows it", columns, tuple(rows))
 
 
 def said(found: Shown) -> Iterator[str]:
@@ -147,5 +147,3 @@ def said(found: Shown) -> Iterator[str]:
         yield found.judgement.words
         if found.tolerance:
             yield f"off by {text.short(found.judgement.amount)} at least, allowed are {text.short(found.tolerance)}"
-    if found.known:
-        yield found.known

@@ -95,13 +95,14 @@ def _pages(folder: Path, data: dict[str, Any]) -> Iterator[str]:
 
 
 def _cases(folder: Path, data: dict[str, Any]) -> Iterator[str]:
-    """`junit.xml` must have a case for each cell, each entry of the ledger, and each question of a survey."""
+    """`junit.xml` must have a case for each cell, each entry of the ledger, question of a survey and broad phase."""
     try:
         root = ElementTree.parse(folder / "junit.xml").getroot()
     except (OSError, ElementTree.ParseError) as error:
         yield f"cannot read junit.xml: {error}"
         return
     asked = {(count["survey"], count["engine"], count["question"]) for count in data["surveys"]}
+    asked |= {("broad phase", count["engine"], "") for count in data["crowds"]}
     wanted = 1 + len(data["support"]) + len(data["ledger"]) + len(asked)
     cases = len(root.findall("testsuite/testcase"))
     if cases != wanted:

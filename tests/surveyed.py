@@ -79,11 +79,16 @@ class Halves(Right):
         return case.data["number"] / 2 if case.question == "root" else super().answer(case)
 
 
-class Excused(Halves):
-    """The same, and it is known."""
+class Switched(Right):
+    """Wrong as SWITCHED_FAULT says: not at all, by half of the number, by all of it, or with no answer."""
 
-    def known(self, case: Case) -> str:
-        return "halves, see the manual"
+    def answer(self, case: Case) -> Any:
+        fault = os.environ.get("SWITCHED_FAULT", "")
+        if not fault or case.question == "sign":
+            return super().answer(case)
+        if fault == "silent":
+            raise RuntimeError("no roots today")
+        return case.data["number"] / 2 if fault == "halves" else case.data["number"]
 
 
 class NotANumber(Right):
@@ -109,6 +114,19 @@ class Fragile(Right):
                 return "a potato"
             case 123456.789:
                 return object()
+        return super().answer(case)
+
+
+class Leaking(Right):
+    """Takes 256 MiB for the root of one, and keeps them until it is asked again."""
+
+    kept: ClassVar[list[bytearray]] = []
+
+    def answer(self, case: Case) -> Any:
+        if case.data["number"] == 1.0:
+            for _ in range(16):
+                self.kept.append(bytearray(1 << 24))
+        self.kept.clear()
         return super().answer(case)
 
 

@@ -22,16 +22,18 @@ from oracles.campaign import Campaign
 from oracles.crowds.asking import Answer, ask
 from oracles.crowds.boxes import REGIMES, BoxCrowd, Pair, crowds
 from oracles.crowds.engine import BroadPhaseEngine
+from oracles.crowds.failing import MISSING
 from oracles.crowds.judging import CrowdCount, judged
 from oracles.crowds.repro import crowd_script
 from oracles.engines import load_engine
+from oracles.fault import Fault, Known, unknown
 from oracles.filing import Filing
 from oracles.ledger import Ledger
 from oracles.opening import wanted_pairs
-from oracles.outcome import Run
+from oracles.outcome import EntryNote, Run, State
 from oracles.tasks import CrowdTask, Task
 from refimpl.proof import check
-from reports import broad_phase, html, markdown
+from reports import broad_phase, html, ledgers, markdown
 from reports.broad_phase_data import crowd_data, crowd_from
 from reports.reading import NoReport, run_from_data
 from reports.running import FINISHED, INCOMPLETE, exit_status
@@ -104,25 +106,23 @@ class OnlyInCrowds(Exact):
         return super().meet(crowd, lower, upper) & (np.sum(x < first[..., None], axis=-1) < 3)
 
 
-class Limited(NotUpdated):
-    """The same, and it says so."""
-
-    limit: ClassVar[str] = "nothing that moves is followed"
-
-    def beyond_limit(self, crowd: BoxCrowd) -> np.ndarray:
-        return np.any(crowd.before != crowd.center, axis=1)
-
-
 @pytest.fixture(scope="module")
 def made() -> list[BoxCrowd]:
     return crowds(0, COUNT)
 
 
-def verdicts(solver: BroadPhaseEngine, made: Sequence[BoxCrowd]) -> dict[str, CrowdCount]:
+def of_moved(fault: Fault) -> str:
+    """What a ledger says that has an entry on bodies that were moved."""
+    return "not-followed" * (fault.special == "moved" and fault.symptom == MISSING)
+
+
+def verdicts(
+    solver: BroadPhaseEngine, made: Sequence[BoxCrowd], known: Known = unknown, name: str = "planted"
+) -> dict[str, CrowdCount]:
     def asker(some: Sequence[BoxCrowd]) -> list[Answer]:
         return [Answer(frozenset((min(p), max(p)) for p in solver.pairs(crowd))) for crowd in some]
 
-    return {count.regime: count for count in judged("planted", solver, made, asker(made), asker)}
+    return {count.regime: count for count in judged(name, solver, made, asker(made), asker, known)}
 
 
 def test_crowds_are_what_their_regimes_say(made: list[BoxCrowd]) -> None:
@@ -143,7 +143,7 @@ def test_crowds_are_what_their_regimes_say(made: list[BoxCrowd]) -> None:
 
 def test_an_exact_broad_phase_is_found_right(made: list[BoxCrowd]) -> None:
     found = verdicts(Exact(), made)
-    assert not any(count.wrong or count.extra or count.false_alarms or count.witness for count in found.values())
+    assert not any(count.wrong or count.extra or count.false_alarms or count.witnesses for count in found.values())
     assert all(count.pairs for regime, count in found.items() if not regime.startswith("flat"))
     assert found["stacked"].pairs > 50  # touching exactly, where nothing is rounded
 
@@ -164,8 +164,9 @@ def test_a_broad_phase_that_misses_pairs_is_caught(solver: BroadPhaseEngine, reg
     count = verdicts(solver, [crowd for crowd in made if crowd.regime == regime])[regime]
     assert count.missing
     assert count.wrong
-    witness = count.witness
-    assert witness is not None
+    (witness,) = count.witnesses
+    assert witness.pair is not None
+    assert witness.certificate is not None
     i, j = witness.pair
     assert len(witness.crowd) == (5 if isinstance(solver, OnlyInCrowds) else 2)
     assert witness.pair not in {(min(p), max(p)) for p in solver.pairs(witness.crowd)}
@@ -194,7 +195,9 @@ def test_the_nearest_pair_is_held_against_all_others(made: list[BoxCrowd]) -> No
     assert 0 < gaps[order[0]] < gaps[order[1]]
     exact = frozenset((min(p), max(p)) for p in Exact().pairs(crowd))
     for pair, wrong in ((order[0], False), (order[1], True), (None, True)):
-        (count,) = judged("planted", Nearest(), [crowd], [Answer(exact, nearest=pair)], lambda _: [])
+        (count,) = judged(
+            "planted", Nearest(), [crowd], [Answer(exact, nearest=pair)], lambda some: [Answer()] * len(some)
+        )
         assert (count.wrong, count.missing) == (wrong, 0)
 
 
@@ -207,12 +210,12 @@ def test_a_declared_margin_makes_extra_pairs_no_false_alarms(made: list[BoxCrowd
     assert count.false_alarms == 0
 
 
-def test_what_a_limit_is_about_is_counted_apart(made: list[BoxCrowd]) -> None:
-    count = verdicts(Limited(), made)["thrown, moved"]
+def test_what_the_ledger_explains_is_counted_apart(made: list[BoxCrowd]) -> None:
+    count = verdicts(NotUpdated(), made, of_moved)["thrown, moved"]
     assert count.missing == 0
-    assert count.beyond_limit > 3
+    assert count.known == count.explained["not-followed"] > 3
     assert not count.wrong
-    assert count.witness is not None
+    assert [witness.entry for witness in count.witnesses] == ["not-followed"]
 
 
 def test_lost_crowds_are_wrong_and_say_why(made: list[BoxCrowd]) -> None:
@@ -226,6 +229,7 @@ def test_lost_crowds_are_wrong_and_say_why(made: list[BoxCrowd]) -> None:
 PLANTED = """
 import os, time
 from oracles.crowds.engine import BroadPhaseEngine
+from oracles.crowds.failing import MISSING
 from tests.reference_engine import Reference
 
 class Moody(BroadPhaseEngine):
@@ -266,7 +270,8 @@ def test_shipped_engines_miss_nothing_that_they_promise(name: str, made: list[Bo
     solver = load_engine(name).broad_phase()
     assert solver is not None
     answers = ask(name, made)
-    found = {c.regime: c for c in judged(name, solver, made, answers, lambda some: [Answer()] * len(some))}
+    known = Ledger.load().name_of
+    found = {c.regime: c for c in judged(name, solver, made, answers, lambda some: [Answer()] * len(some), known)}
     assert not any(count.wrong for count in found.values())
     assert sum(count.pairs for count in found.values()) > 300
     if name == "fcl":
@@ -274,8 +279,8 @@ def test_shipped_engines_miss_nothing_that_they_promise(name: str, made: list[Bo
         assert not any(count.extra for count in found.values())
         assert found["stacked"].pairs > 50
     else:  # see oracles.engines.bullet_boxes
-        assert found["huge, moved"].beyond_limit
-        assert not any(count.beyond_limit for regime, count in found.items() if regime != "huge, moved")
+        assert set(found["huge, moved"].explained) == {"large-bodies-are-not-followed"}
+        assert not any(count.known for regime, count in found.items() if regime != "huge, moved")
         assert not any(count.false_alarms for regime, count in found.items() if regime != "huge, moved")
 
 
@@ -284,12 +289,14 @@ def test_a_campaign_over_all_pairs_asks_broad_phases(tmp_path: Path, monkeypatch
     for name, instead in (("_do", lambda _, tasks, until: asked.extend(tasks)), ("certify", None), ("boil_down", None)):
         monkeypatch.setattr(Campaign, name, instead or (lambda _: None))
     monkeypatch.setattr(plan, "replays", lambda *_: iter(()))
-    shop, filing = SimpleNamespace(asked=lambda _: []), SimpleNamespace(buckets=SimpleNamespace(ledger=None))
+    shop = SimpleNamespace(asked=lambda _: [SimpleNamespace(name="planted")])
+    filing = SimpleNamespace(buckets=SimpleNamespace(ledger=Ledger()))
     for pairs, wanted in ((None, [CrowdTask("planted"), CrowdTask("limited")]), (["Sphere–Box"], [])):
         asked.clear()
         Campaign(shop, bare_run(), wanted_pairs(pairs), 1, None, filing, None, 1).go()
-        assert [task for task in asked if isinstance(task, CrowdTask)] == wanted
+        assert asked[: len(wanted)] == wanted, "with the ledger's witnesses of crowds, they come first"
         assert len(asked) > len(wanted)
+        assert not any(isinstance(task, CrowdTask) for task in asked[len(wanted) :])
 
 
 def test_what_a_task_finds_is_in_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -342,7 +349,8 @@ def run(made: list[BoxCrowd]) -> Run:
     found = bare_run()
     some = [crowd for crowd in made if crowd.regime in ("thrown", "thrown, moved", "stacked")]
     found.crowds = [*verdicts(NotUpdated(), some).values()]
-    found.crowds += [dataclasses.replace(count, engine="limited") for count in verdicts(Limited(), some).values()]
+    found.crowds += [*verdicts(NotUpdated(), some, of_moved, "limited").values()]
+    found.ledger = [EntryNote("limited", "not-followed", "Nothing that moves.", State.EXPECTED, "", 9, 0, ())]
     return found
 
 
@@ -352,8 +360,8 @@ def test_reports_show_matrix_counts_and_witness(run: Run) -> None:
     for page in texts:
         assert "Broad phase" in page
         assert f"✗ {missing.missing} of {missing.pairs} missing" in page
-        assert "missing beyond its limit" in page
-        assert "nothing that moves is followed" in page
+        assert "wrong by a known fault" in page
+        assert "not-followed: Nothing that moves." in page.replace("\\", "")
         assert "moved there from" in page
     assert broad_phase.shown(bare_run()) == ()
     assert 'id="broad-phase"' not in html.render(bare_run())
@@ -378,10 +386,11 @@ def test_a_missing_pair_makes_the_run_fail(run: Run) -> None:
     fine = bare_run()
     assert exit_status(fine) == FINISHED
     fine.crowds = [count for count in run.crowds if not count.wrong]
-    assert any(count.beyond_limit for count in fine.crowds)
-    assert exit_status(fine) == FINISHED
+    assert any(count.known for count in fine.crowds)
+    ledger = Ledger(own=(Path("own.toml"),))
+    assert exit_status(fine, settled=ledgers.settle(fine, ledger, update=False)) == FINISHED
     fine.crowds = run.crowds
-    assert exit_status(fine) == INCOMPLETE
+    assert exit_status(fine, settled=ledgers.settle(fine, ledger, update=False)) == INCOMPLETE
 
 
 def test_the_report_as_data_fits_its_schema_and_reads_back(run: Run) -> None:
@@ -396,8 +405,8 @@ def test_the_report_as_data_fits_its_schema_and_reads_back(run: Run) -> None:
 @pytest.mark.parametrize("damage", ["depth", "pair", "half", "number"])
 def test_a_witness_that_does_not_prove_its_pair_is_refused(run: Run, damage: str) -> None:
     data = json.loads(json.dumps(report_data(run)))
-    one = next(item for item in data["crowds"] if item["witness"])
-    witness = one["witness"]
+    one = next(item for item in data["crowds"] if item["witnesses"])
+    (witness,) = one["witnesses"]
     if damage == "depth":
         witness["depth"] *= 1.01
     elif damage == "pair":

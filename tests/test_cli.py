@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from oracles.engine import EngineUnavailable
-from oracles.engines import PACKAGES
+from oracles.engines import PACKAGES, SHIPPED
 from oracles.outcome import Kind, Run, State, Verdict
 from refimpl.pairs import PROBES, SOLIDS, TABLE
 from reports import cli, verify, vs
@@ -53,7 +53,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     engines = types.ModuleType("oracles.engines")
     engines.available_engines = lambda: {"fcl": None, "bullet": None, "other": "not installed"}  # type: ignore[attr-defined]
     engines.load_engine = load_engine  # type: ignore[attr-defined]
-    engines.PACKAGES = PACKAGES  # type: ignore[attr-defined]
+    engines.PACKAGES, engines.SHIPPED = PACKAGES, SHIPPED  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "oracles.engines", engines)
     return said
 
@@ -61,7 +61,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 def load_engine(name: str) -> None:
     if name == "broken.py:Engine":
         raise NameError("name 'x' is not defined\nreally")
-    if name not in ("fcl", "bullet"):
+    if name not in ("fcl", "bullet", "mine.py:Mine"):
         raise EngineUnavailable(f"no engine {name!r}: there are fcl, bullet")
 
 
@@ -157,8 +157,11 @@ BAD = [
     (["run", "--engine", "\x1b[31m\nfcl"], "no engine"),
     (["run", "--budget", "\x1b[31m\n"], "⟨U+001B⟩"),
     (["--\x1b[31m\n"], "No such option"),
+    (["run", "--engine", "mine.py:Mine", "--update-ledger"], "--update-ledger needs --ledger FILE"),
     (["run", "--out", ""], "--out must name a folder"),
     (["run", "--out", "a\0b"], "--out must name a folder"),
+    (["run", "--database", ""], "--database must name a folder"),
+    (["run", "--database", "/dev/null/kept"], "--database /dev/null/kept: "),
     (["run", "--frobnicate"], "No such option"),
     (["run", "surplus"], "unexpected extra argument"),
     (["walk"], "No such command 'walk'"),

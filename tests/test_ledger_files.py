@@ -13,8 +13,8 @@ import pytest
 
 from oracles.ledger import Entry, FirstSeen, Ledger, LedgerError, Witness
 from oracles.ledger.reading import FIELDS, MOST_BYTES
-from oracles.ledger.update import Changes, write
-from oracles.ledger.witness import LARGEST, load_witness, path_of
+from oracles.ledger.witness import LARGEST, load_witness, path_of, text_of
+from oracles.ledger.writing import Changes, write
 from oracles.outcome import Finding, Kind, Severity, Verdict
 from oracles.scene import DISTANCE, Scene
 from refimpl import Sphere
@@ -43,6 +43,7 @@ BAD = [
     ('[[entry]]\nengine = "e"\nname = "n"\ncause = "' + "x" * 5000 + '"', "cause is longer than 4000 characters"),
     (HEAD + "query = 3", "query must be a text"),
     (HEAD + "pair = ['*', 3]", "pair must be a text"),
+    (HEAD + "query = ['distance', 'distnace']", "query 'distnace' fits no query; there are distance, contacts, "),
     (HEAD + f"pair = {['*'] * 65}", "pair has more than 64 items"),
     (HEAD + f"symptom = '{'*a' * 200}'", "symptom is longer than 200 characters"),
     (HEAD + "decades = 3", "decades must be the first and the last decade, as in [-3, 0], got 3"),
@@ -83,6 +84,13 @@ def test_each_mistake_is_one_clear_line(
     assert said in printed.err
     assert str(path.parent) in printed.err
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_pairs_may_be_written_with_any_dash(tmp_path: Path) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text(HEAD + 'pair = ["Sphere-Box", "Ray—*", "*–KDOP", "sphere-size"]', "utf-8")
+    (entry,) = Ledger.load([own], shipped=False).entries
+    assert entry.pair == ("Sphere–Box", "Ray–*", "*–KDOP", "sphere-size")
 
 
 def test_what_is_no_ordinary_file_is_not_read(tmp_path: Path) -> None:
@@ -161,7 +169,7 @@ def test_what_is_written_reads_back(tmp_path: Path) -> None:
     ledger = Ledger.load([path], shipped=False)
     (read,) = ledger.entries
     assert all(getattr(read, name) == getattr(given, name) for name in FIELDS)
-    assert ledger.witnesses["e", witness.id].to_text() == witness.to_text()
+    assert text_of(ledger.witnesses["e", witness.id]) == text_of(witness)
     assert pickle.loads(pickle.dumps(ledger)).entries == ledger.entries
     assert {p.name for p in tmp_path.rglob("*") if p.is_file()} == {"own.toml", f"{witness.id}.json"}
 
@@ -179,10 +187,10 @@ def test_a_witness_reads_back_with_its_proof(tmp_path: Path) -> None:
     witness = a_witness()
     path = path_of(tmp_path, "e", witness.id)
     path.parent.mkdir(parents=True)
-    path.write_text(witness.to_text(), "utf-8")
+    path.write_text(text_of(witness), "utf-8")
     read = load_witness(tmp_path, "e", witness.id)
     assert read.id == witness.id
-    assert read.to_text() == witness.to_text()
+    assert text_of(read) == text_of(witness)
     assert read.finding.verdict.certificate == witness.finding.verdict.certificate
 
 
@@ -219,7 +227,7 @@ HOSTILE: list[tuple[Any, str]] = [
 @pytest.mark.parametrize(("change", "said"), HOSTILE, ids=[f"{str(change)[:30]}" for change, _ in HOSTILE])
 def test_a_witness_that_is_none_is_refused(change: Any, said: str, tmp_path: Path) -> None:
     witness = a_witness()
-    data = json.loads(witness.to_text())
+    data = json.loads(text_of(witness))
     if isinstance(change, dict):
         for name, value in change.items():
             if name == "radius":

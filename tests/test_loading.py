@@ -2,13 +2,17 @@
 
 import builtins
 import os
+import pickle
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from refimpl import Composite, Polyhedron, distance
-from refimpl.loading import FORMATS, LoadError, from_trimesh, hulls_from_trimesh, load_hulls, load_polyhedron
+from refimpl.construct import points_of
+from refimpl.loading import CLOUDS, FORMATS, LoadError, from_trimesh, hulls_from_trimesh, load_hulls, load_polyhedron
+from refimpl.mass import mass_properties
 from refimpl.repairs import REPAIRS
 from tests.solids import L_SHAPE, box, hollow_box, prism, together, torus
 
@@ -90,7 +94,8 @@ def test_objects_of_trimesh():
 @pytest.mark.parametrize(
     ("name", "content", "why"),
     [
-        ("solid.xyz", "0 0 0", "read from obj, off, ply, stl files, this is xyz"),
+        ("solid.xyz", "0 0 0", "solid.xyz holds points, which bound no solid"),
+        ("solid.step", "0 0 0", "read from obj, off, ply, stl files, this is step"),
         ("solid", "0 0 0", "this is without suffix"),
         ("empty.stl", b"", "empty.stl holds no triangle"),
         ("empty.obj", b"", "empty.obj holds no triangle"),
@@ -177,7 +182,7 @@ def test_repairs_are_done_only_when_asked_for(write):
         "fill_holes": (vertices, triangles[2:]),
         "hull": (vertices, triangles[::2]),
     }
-    assert set(damaged) == set(REPAIRS)
+    assert {*damaged, "simplify"} == set(REPAIRS)
     for name, (corners, faces) in damaged.items():
         path = write(f"{name}.obj", obj((corners, faces)))
         with pytest.raises(LoadError):
@@ -187,6 +192,112 @@ def test_repairs_are_done_only_when_asked_for(write):
         assert mesh.pieces[0].six_volumes() == 6, name
     with pytest.raises(LoadError, match="there is no repair 'magic'; there are merge_near, "):
         load_polyhedron(path, repairs=["magic"])
+
+
+def test_too_many_faces_are_simplified_when_asked_for(monkeypatch, write):
+    pytest.importorskip("fast_simplification")
+    monkeypatch.setattr("refimpl.loading.MOST_FACES", 1000)
+    monkeypatch.setattr("refimpl.repairs.SIMPLE", 500)
+    path = write("torus.obj", obj(torus(around=60, across=40)))
+    with pytest.raises(LoadError, match="4800 faces, more than 1000"):
+        load_polyhedron(path)
+    mesh = load_polyhedron(path, repairs=["simplify"])
+    assert 400 < len(mesh.triangles) <= 500
+    assert mass_properties(mesh).volume == pytest.approx(2 * np.pi**2 * 0.4**2, rel=0.03)
+    small = load_polyhedron(write("box.obj", obj(box())), repairs=["simplify"])
+    assert len(small.triangles) == 12
+
+
+def test_faces_that_fold_together_are_left_out_by_simplify(monkeypatch):
+    """Of the chassis in fifty faces, eight lie on one another in pairs; with them it would be no surface."""
+    data = Path(pytest.importorskip("pybullet_data").getDataPath())
+    pytest.importorskip("fast_simplification")
+    monkeypatch.setattr("refimpl.repairs.SIMPLE", 50)
+    path = data / "racecar/meshes/chassis.STL"
+    whole, few = (load_polyhedron(path, repairs=["merge_near", *more]) for more in ((), ("simplify",)))
+    assert len(few.triangles) <= 50
+    assert mass_properties(few).volume == pytest.approx(mass_properties(whole).volume, rel=0.05)
+
+
+def test_what_would_take_minutes_is_refused(monkeypatch, write):
+    apart = [box((3 * i, 0, 0), (3 * i + 1, 1, 1)) for i in range(4)]
+    monkeypatch.setattr("refimpl.loading.MOST_WORK", 4 * 48 - 1)
+    with pytest.raises(LoadError, match="too many pieces: 4 separate surfaces of 48 faces"):
+        load_polyhedron(write("apart.obj", obj(*apart)))
+    assert len(load_polyhedron(write("three.obj", obj(*apart[:3]))).triangles) == 36
+    monkeypatch.undo()
+    monkeypatch.setattr("refimpl.meshes.MANY", 100)
+    monkeypatch.setattr("refimpl.meshes.MOST_PAIRS", 10_000)
+    angle = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    rim, i = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1), np.arange(400)
+    both = [(i, (i + 1) % 400), ((i + 1) % 400, i)]
+    fans = [np.stack([*ends, np.full(400, 400 + k)], axis=-1) for k, ends in enumerate(both)]
+    double_cone = np.concatenate([rim, [[0, 0, 1.0], [0, 0, -1]]]), np.concatenate(fans)
+    with pytest.raises(LoadError, match=r"crowded: each of the 800 faces is near about 799 others"):
+        load_polyhedron(write("cone.obj", obj(double_cone)))
+    assert len(load_polyhedron(write("torus.obj", obj(torus(around=20, across=20)))).triangles) == 800
+    monkeypatch.setattr("refimpl.repairs.MOST_PAIRS", 50)
+    far = np.concatenate([torus()[0], [[1e9, 0, 0]]]), np.concatenate([torus()[1], [[0, 1, len(torus()[0])]]])
+    with pytest.raises(LoadError, match="merge_near: most vertices are within"):
+        load_polyhedron(write("far.obj", obj(far)), repairs=["merge_near"])
+
+
+def test_surfaces_are_turned_and_kept_one_by_one(write):
+    """A hundred boxes, of which every other one is inside out; one is longer than all others."""
+    parts = [box((3 * i, 0, 0), (3 * i + 1, 1, 1 + (i == 37))) for i in range(100)]
+    mixed = [(v, t[:, ::-1] if i % 2 else t) for i, (v, t) in enumerate(parts)]
+    path = write("boxes.obj", obj(*mixed))
+    assert mass_properties(load_polyhedron(path, repairs=["turn_outwards"])).volume == pytest.approx(101)
+    kept = load_polyhedron(path, repairs=["turn_outwards", "keep_largest"])
+    assert kept.vertices.min(axis=0).tolist() == [3 * 37, 0, 0]
+    assert len(kept.triangles) == 12
+
+
+@pytest.mark.parametrize("name", ["cloud.xyz", "cloud.csv", "cloud.npy", "columns.npy", "cloud.ply", "cloud.obj"])
+def test_points_have_a_hull_and_nothing_else(name, write, tmp_path):
+    grid = np.stack(np.meshgrid(*[np.linspace(0, 1, 5)] * 3), axis=-1).reshape(-1, 3) * [1, 2, 3]
+    path, form = tmp_path / name, name.partition(".")[2]
+    if form == "npy":
+        np.save(path, np.asfortranarray(grid) if name.startswith("col") else grid.astype(np.float32))
+    elif form == "ply":
+        path.write_bytes(trimesh.PointCloud(grid).export(file_type="ply"))
+    else:
+        start, between = ("v ", " ") if form == "obj" else ("", "; " if form == "csv" else "\t")
+        path.write_text("# points\n" + "".join(f"{start}{between.join(map(repr, p))}\n" for p in grid.tolist()))
+    with pytest.raises(
+        LoadError, match="holds points, which bound no solid" if form in CLOUDS else "holds no triangle"
+    ):
+        load_polyhedron(path)
+    mesh = load_polyhedron(path, repairs=["hull"])
+    assert mass_properties(mesh).volume == pytest.approx(6, rel=1e-6)
+    if form in CLOUDS:
+        assert points_of(path).tolist() == grid.tolist()
+
+
+def npy(shape, sort="<f8", version=1):
+    head = f"{{'descr': {sort!r}, 'fortran_order': False, 'shape': {shape}}}".encode()
+    return b"\x93NUMPY" + bytes([version, 0]) + len(head).to_bytes(2, "little") + head
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "why"),
+    [
+        ("empty.xyz", "# nothing\n", "holds no point"),
+        ("words.xyz", "x y z\n1 2 3\n", "is broken: expected three numbers in each line"),
+        ("two.xyz", "1 2\n3 4\n", "is broken: expected three numbers in each line"),
+        ("nan.xyz", "0 0 0\n0 nan 0\n", "is broken: point 1 is not finite"),
+        ("flat.xyz", "0 0 0\n1 0 0\n0 1 0\n1 1 0\n", "the mesh has no faces"),
+        ("one.xyz", "0 0 0\n", "the mesh has no faces"),
+        ("noise.npy", bytes(range(256)), "noise.npy is broken"),
+        ("huge.npy", npy((10**15, 3)), "ends before the 1000000000000000 points that it announces"),
+        ("wide.npy", npy((5, 4)) + bytes(160), r"expected an array \(n, 3\)"),
+        ("pickle.npy", npy((1, 3), "|O") + pickle.dumps([print, 1, 2]), r"expected an array \(n, 3\) of numbers"),
+        ("negative.npy", npy((-1, 3)), "is broken"),
+    ],
+)  # fmt: skip
+def test_bad_points_are_refused_by_name(name, content, why, write):
+    with pytest.raises(LoadError, match=why):
+        load_polyhedron(write(name, content), repairs=["hull"])
 
 
 def test_a_rim_that_touches_itself_is_several_holes(write):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from oracles.crowds.making import thrown
+from refimpl.flat import Disc
 from refimpl.linear import Array, rotation_matrix
 from refimpl.lookup import (
     Scene,
@@ -123,6 +124,46 @@ def test_rays_are_no_part_of_a_scene() -> None:
         Scene([Sphere([0, 0, 0], 1.0), Ray([0, 0, 0], [1, 0, 0])])
 
 
+def test_bad_input_is_refused_by_name(scene: Scene) -> None:
+    ball = Sphere([0, 0, 0], 1.0)
+    with pytest.raises(ShapeError, match=r"points: expected shape \(n, 3\)"):
+        containing(scene, [0, 0, 0])
+    with pytest.raises(ShapeError, match="ray: expected a Ray"):
+        pick(scene, ball)  # type: ignore[arg-type]
+    with pytest.raises(ShapeError, match="not cast at points"):
+        pick(Scene([ball, Point([9, 9, 9])]), Ray([5, 0, 0], [-1, 0, 0]))
+    with pytest.raises(ShapeError, match="do not broadcast"):
+        line_of_sight(scene, np.zeros((2, 3)), np.zeros((3, 3)))
+    for numbers in (0, [0.5], ["a"]):
+        with pytest.raises(ShapeError, match="apart_from"):
+            line_of_sight(scene, [0, 0, 0], [0, 0, 1], apart_from=numbers)  # type: ignore[arg-type]
+    for culling in (culled_by, shows, proof_of_absence):
+        with pytest.raises(ShapeError, match="frustum: expected a ConvexPolyhedron"):
+            culling(AABB([0, 0, 0], [1, 1, 1]), ball)  # type: ignore[operator]
+        for volume in (Ray([5, 0, 0], [1, 0, 0]), Disc([0, 0], 1.0), 3):
+            with pytest.raises(ShapeError, match="volumes: expected solids"):
+                culling(CUBE, volume)  # type: ignore[operator]
+    with pytest.raises(ShapeError, match="frustum: expected a ConvexPolyhedron"):
+        in_view(Scene([]), AABB([0, 0, 0], [1, 1, 1]))  # type: ignore[arg-type]
+    with pytest.raises(ShapeError, match=r"volume: expected a single proxy, got a batch of shape \(2,\)"):
+        proof_of_absence(CUBE, Sphere([[5, 0, 0], [6, 0, 0]], 1.0))
+
+
+def test_a_line_of_sight_from_far_away_ends_where_it_is_said_to() -> None:
+    box = AABB([9.95e-6, 9.96e-6, 1.001e-5], [9.99e-6, 1e-5, 1.005e-5])
+    p, q = [10.06, 9.97, 10.03], [9.96e-6, 1e-5, 1.003e-5]  # on the box's face; p + (q - p) is not
+    assert line_of_sight(Scene([box]), p, q).blocker == 0
+    assert line_of_sight(Scene([box]), q, p).blocker == 0
+    assert line_of_sight(Scene([box]), p, [9.96e-6, 1e-5 + 1e-13, 1.003e-5]).free
+
+
+def test_a_line_of_sight_may_be_longer_than_the_largest_number() -> None:
+    balls = Scene([Sphere([0, 0, 0], 1e307), Sphere([0, 0, 1e308], 1e307)])
+    assert line_of_sight(balls, [-1.5e308, 0, 1e308], [1.5e308, 0, 1e308]).blocker == 1
+    assert line_of_sight(balls, [-1.5e308, 0, 2e307], [1.5e308, 0, 2e307]).free
+    assert line_of_sight(balls, [-1.5e308, 0, 0], [0, 0, 0]).blocker == 0
+
+
 # -- line of sight and location --------------------------------------------------------------------------------
 
 
@@ -223,8 +264,20 @@ def test_planes_are_in_their_order() -> None:
 def test_what_is_no_camera_is_refused(change: dict[str, object], why: str) -> None:
     with pytest.raises(ShapeError, match=why):
         perspective(**{"eye": [0, 0, 0], "target": [0, 1, 0], **change})  # type: ignore[arg-type]
+
+
+def test_what_is_no_frustum_is_refused() -> None:
     with pytest.raises(ShapeError, match="4 × 4"):
         frustum_of_matrix(np.eye(3))
+    with pytest.raises(ShapeError, match="nearest must be -1 or 0"):
+        frustum_of_matrix(np.eye(4), nearest=1.0)
+    endless = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, -2], [0, 0, -1, 0.0]])
+    with pytest.raises(ShapeError, match="far plane is at infinity"):
+        frustum_of_matrix(endless)
+    with pytest.raises(ShapeError, match="near plane is at infinity or nowhere"):
+        frustum_of_matrix(np.zeros((4, 4)))
+    with pytest.raises(ShapeError, match="too far apart"):
+        perspective([1e308, 0, 0], [-1e308, 0, 0])
     with pytest.raises(ShapeError, match="neither moved nor turned"):
         culled_by(CUBE.translated([1, 0, 0]), Point([0, 0, 0]))
 
@@ -255,6 +308,29 @@ def test_culling_is_exact_for_each_plane() -> None:
         assert np.array_equal(found >= 0, np.array(expected) >= 0)
         assert all(number < 0 or beyond(frustum.numbers[number], volumes[row]) for row, number in enumerate(found))
         assert 20 < np.count_nonzero(found < 0) < 100
+
+
+def test_culling_is_exact_within_a_few_bits_of_a_plane() -> None:
+    rng = np.random.default_rng(8)
+    decided = set()
+    for _ in range(12):
+        frustum = perspective(*rng.normal(size=(3, 3)), near=0.5, far=6.0)
+        number = int(rng.integers(6))
+        n, k = frustum.numbers[number, :3], frustum.numbers[number, 3]
+        size = np.sqrt(n @ n)
+        half = rng.uniform(0.1, 2, (10, 3))
+        center = 5 * rng.normal(size=(10, 3))
+        center -= ((center @ n + k) / size**2)[:, None] * n
+        off = 1 + rng.integers(-3, 4, (10, 1)) * 2.0**-53 * rng.choice([1, 8], (10, 1))
+        ball = Sphere(center + n / size * half[:, :1] * off, half[:, 0])
+        middle = center + n / size * np.sum(np.abs(n / size) * half, axis=1)[:, None] * off
+        for volumes in (ball, AABB(middle - half, middle + half)):
+            for row, found in enumerate(culled_by(frustum, volumes).tolist()):
+                behind = [beyond(plane, volumes[row]) for plane in frustum.numbers]
+                assert any(behind) == (found >= 0)
+                assert found < 0 or behind[found]
+                decided.add((isinstance(volumes, Sphere), found >= 0))
+    assert len(decided) == 4
 
 
 def test_what_touches_a_plane_is_not_culled_and_what_misses_it_by_a_bit_is() -> None:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from PIL import Image
 
-from refimpl.flat import bitmask
+from oracles.surveys.sprites_engines import pygame_mask as from_image
+from refimpl.flat import bitmask, scanning
 from refimpl.flat.sprites import (
     FARTHEST,
     Sprite,
@@ -21,10 +23,26 @@ from refimpl.flat.sprites import (
     gradient,
     intersect,
     overlap_area,
+    overlap_areas,
 )
+from refimpl.kernels import masks as kernels
 from refimpl.shapes import ShapeError
 
 pygame = pytest.importorskip("pygame")
+
+
+@pytest.fixture(params=["numpy", "compiled"])
+def how(request: pytest.FixtureRequest) -> Iterator[str]:
+    """Both ways of scanning, whichever was used before."""
+    before = [getattr(scanning.COMPILED, name) for name in scanning.Compiled.__slots__]
+    scanning.COMPILED.forget()
+    if request.param == "compiled":
+        pytest.importorskip("numba")
+        assert scanning.compile_scans()
+    yield request.param
+    for name, kernel in zip(scanning.Compiled.__slots__, before, strict=True):
+        setattr(scanning.COMPILED, name, kernel)
+
 
 SIDES = st.sampled_from([1, 2, 7, 8, 9, 63, 64, 65, 130])
 """Around the sides of tiles and words."""
@@ -77,15 +95,21 @@ def assert_as_on_canvas(a: Sprite, b: Sprite) -> None:
         assert first in b
 
 
-@settings(max_examples=150, deadline=None)
+SHARED = settings(max_examples=75, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+"""A fixture that tells how things are scanned is not changed by what is scanned."""
+
+
+@SHARED
 @given(masks(), masks(), st.tuples(st.integers(-140, 140), st.integers(-140, 140)), st.integers(-9, 9))
 def test_sprites_are_as_on_one_canvas_and_as_pygame_has_them(
-    a: np.ndarray[Any, Any], b: np.ndarray[Any, Any], offset: tuple[int, int], shift: int
+    how: str, a: np.ndarray[Any, Any], b: np.ndarray[Any, Any], offset: tuple[int, int], shift: int
 ) -> None:
     first, second = Sprite(a, (shift, 2 * shift)), Sprite(b, (shift + offset[0], 2 * shift + offset[1]))
     assert_as_on_canvas(first, second)
     assert_as_on_canvas(second, first)
     theirs, other = pygame_mask(a), pygame_mask(b)
+    assert np.array_equal([made.count() for made in (theirs, other)], [a.sum(), b.sum()])
+    assert theirs.overlap_area(from_image(a), (0, 0)) == a.sum()  # the survey's masks are the same
     assert overlap_area(first, second) == theirs.overlap_area(other, offset)
     pixel = theirs.overlap(other, offset)
     assert intersect(first, second) == (pixel is not None)
@@ -95,10 +119,10 @@ def test_sprites_are_as_on_one_canvas_and_as_pygame_has_them(
         assert place in second
 
 
-@settings(max_examples=40, deadline=None)
+@settings(SHARED, max_examples=30)
 @given(masks(), masks(), st.tuples(st.integers(-70, 70), st.integers(-70, 70)))
 def test_the_normal_is_where_the_area_falls(
-    a: np.ndarray[Any, Any], b: np.ndarray[Any, Any], offset: tuple[int, int]
+    how: str, a: np.ndarray[Any, Any], b: np.ndarray[Any, Any], offset: tuple[int, int]
 ) -> None:
     first, second = Sprite(a), Sprite(b, offset)
     found = collide(first, second)
@@ -132,6 +156,7 @@ def test_in_the_middle_of_a_block_the_nearest_way_out_is_the_normal() -> None:
         assert collide(block, Sprite(np.ones((2, 2), dtype=bool), corner)).normal.tolist() == way
 
 
+@pytest.mark.usefixtures("how")
 def test_what_is_empty_meets_nothing_and_edges_do_not_touch() -> None:
     full = Sprite(np.ones((64, 64), dtype=bool))
     for empty in (Sprite([]), Sprite(np.zeros((0, 5), dtype=bool)), Sprite(np.zeros((9, 9), dtype=bool), (3, 3))):
@@ -144,6 +169,7 @@ def test_what_is_empty_meets_nothing_and_edges_do_not_touch() -> None:
     assert common_pixel(full, full.moved_to((63, -63))) == (63, 0)
 
 
+@pytest.mark.usefixtures("how")
 def test_huge_positions_are_exact() -> None:
     full = Sprite(np.ones((64, 64), dtype=bool))
     for far in (FARTHEST, -FARTHEST):
@@ -166,6 +192,8 @@ def test_what_is_no_mask_is_refused(mask: Any) -> None:
 def test_what_is_no_position_is_refused(position: Any) -> None:
     with pytest.raises(ShapeError, match=r"Sprite\.position"):
         Sprite([[True]], position)
+    with pytest.raises(ShapeError, match=r"Sprite\.pixel"):
+        assert position in Sprite([[True]])
 
 
 def test_a_mask_is_its_own_copy() -> None:
@@ -184,13 +212,76 @@ def test_large_masks_keep_few_copies(monkeypatch: pytest.MonkeyPatch) -> None:
     a, b = (Sprite(rng.uniform(size=(40, 140)) < 0.1) for _ in range(2))
     for x in range(70):
         assert_as_on_canvas(a, b.moved_to((x, 1)))
-    assert len(b._bits._copies) <= 2
+    assert len(b._bits._strips) <= 2
+
+
+@settings(max_examples=40, deadline=None)
+@given(masks(), masks(), st.tuples(st.integers(-130, 130), st.integers(-130, 130)))
+def test_kernels_say_the_same_by_python(
+    a: np.ndarray[Any, Any], b: np.ndarray[Any, Any], offset: tuple[int, int]
+) -> None:
+    first, second = Sprite(a), Sprite(b, offset)
+    one, two = ((placed[0].tolist(), *placed[1:]) for placed in (first._placed, second._placed))
+    both, (x, y) = on_canvas(first, second)
+    found = np.argwhere(both).tolist()
+    pixel = (found[0][1] + x, found[0][0] + y) if found else None
+    assert kernels.first_pixel(one, two) == pixel
+    assert kernels.meet(one, two) == (pixel is not None)
+    assert kernels.area(one, two) == len(found)
+
+
+def test_where_few_of_many_tiles_meet_each_step_of_the_search_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tiles that tell, tiles that are looked at, rows, and words: how often each decides."""
+    scans = []
+    monkeypatch.setattr(scanning, "_scanned", lambda *pair, scan=scanning._scanned: scans.append(pair) or scan(*pair))
+    monkeypatch.setattr(scanning.COMPILED, "meet", None)
+    monkeypatch.setattr(scanning.COMPILED, "first_pixel", None)
+    monkeypatch.setattr(scanning.COMPILED, "area", None)
+    y, x = np.mgrid[:200, :200]
+    even, odd = (x + y) % 2 == 0, (x + y) % 2 == 1
+    odd[190] = True
+    assert_as_on_canvas(Sprite(even), Sprite(odd))
+    assert len(scans) == 2  # once for each question, as neither tiles nor the rows on top tell
+    sparse = np.zeros((200, 200), dtype=bool)
+    sparse[150, 100] = sparse[8, 9] = True
+    for offset in ((0, 0), (1, 0), (91, 142), (-91, -142), (3, 77)):
+        assert_as_on_canvas(Sprite(sparse), Sprite(sparse, offset))
+    assert len(scans) == 2
+
+
+@pytest.mark.usefixtures("how")
+def test_areas_at_many_positions_are_those_at_each() -> None:
+    rng = np.random.default_rng(3)
+    a, b = Sprite(rng.uniform(size=(70, 90)) < 0.3, (4, 5)), Sprite(rng.uniform(size=(30, 66)) < 0.3, (-7, 1))
+    positions = rng.integers(-70, 100, (2, 5, 2))
+    found = overlap_areas(a, b, positions)
+    assert found.shape == (2, 5)
+    for place in np.ndindex(2, 5):
+        both, _ = on_canvas(a, b.moved_to(positions[place].tolist()))
+        assert found[place] == np.count_nonzero(both)
+    assert np.count_nonzero(found) > 3
+    assert overlap_areas(a, b, np.zeros((0, 2))).shape == (0,)
+    assert overlap_areas(a, b, [[FARTHEST, -FARTHEST]]).tolist() == [0]
+    for bad in ([0.5, 0.5], [[1, 2, 3]], 3, [[FARTHEST + 1, 0]], ["a", "b"]):
+        with pytest.raises(ShapeError, match="positions"):
+            overlap_areas(a, b, bad)
+
+
+def test_what_was_hit_last_is_asked_first_and_changes_no_answer() -> None:
+    rng = np.random.default_rng(4)
+    a, b = (Sprite(rng.uniform(size=(90, 90)) < 0.02) for _ in range(2))
+    offsets = rng.integers(-80, 80, (60, 2)).tolist()
+    answers = [(intersect(a, b.moved_to(offset)), common_pixel(a, b.moved_to(offset))) for offset in offsets]
+    for row in (0, 44, 89):
+        a._bits.likely = row
+        again = [(intersect(a, b.moved_to(offset)), common_pixel(a, b.moved_to(offset))) for offset in offsets[::-1]]
+        assert again[::-1] == answers
 
 
 @given(arrays(np.uint64, st.tuples(st.integers(1, 3), st.integers(1, 5))))
 def test_both_ways_of_counting_bits_agree(words: np.ndarray[Any, Any]) -> None:
     every = sum(int(word).bit_count() for word in words.ravel())
-    assert bitmask.count(words) == bitmask._counted_by_bytes(words) == every
+    assert scanning.count(words) == scanning._counted_by_bytes(words) == every
 
 
 # -- images --------------------------------------------------------------------------------------------------

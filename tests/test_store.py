@@ -15,6 +15,7 @@ import pytest
 import oracles.store
 from oracles.bench import Setup, close_workshop
 from oracles.engine import Engine
+from oracles.measuring import Measured
 from oracles.outcome import Kind, Outcome
 from oracles.planted.wrong_impacts import AlwaysElastic
 from oracles.records import outcome_from_json, outcome_to_json
@@ -105,6 +106,14 @@ def test_every_answer_is_a_row(store: Store, outcome: Outcome) -> None:
     wrong = [row for row in found if row[6] == "wrong"]
     assert {row[7] for row in wrong} == {f.verdict.symptom for f in outcome.findings}
     assert all(row[9] > 1 for row in wrong)
+
+
+def test_a_task_without_answers_can_be_read_with_the_others(store: Store, outcome: Outcome) -> None:
+    store.record(BulkTask((Sphere, AABB), 0, 1), Outcome())  # its file is the first, and says of what type columns are
+    store.record(TASK, outcome)
+    assert len(store.samples) == 2
+    with Measured(store.samples, []) as measured:
+        assert {errors.engine for errors in measured.errors({})} == {"honest"}
 
 
 def test_a_task_that_is_not_recorded_is_not_recalled(store: Store, outcome: Outcome) -> None:

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
+import time
 from collections.abc import Sequence
 from fractions import Fraction
+from pathlib import Path
 
 import jsonschema
 import pytest
@@ -13,8 +17,9 @@ import pytest
 from oracles import plan, surveys
 from oracles.bench import Setup, Workshop
 from oracles.buckets import Buckets
+from oracles.fault import Known, unknown
 from oracles.filing import Filing
-from oracles.isolation import children
+from oracles.isolation import children, processes
 from oracles.isolation.children import Said, ask_apart
 from oracles.ledger import Ledger
 from oracles.outcome import Run
@@ -22,13 +27,14 @@ from oracles.surveys.judging import SurveyCount, judged
 from oracles.surveys.survey import Case, SurveyEngine
 from oracles.tasks import SurveyTask
 from refimpl.pairs import TABLE
-from reports import html, junit, markdown
+from reports import html, junit, ledgers, markdown
 from reports.findings import warnings
 from reports.reading import NoReport, run_from_data
 from reports.running import FINISHED, INCOMPLETE, REFERENCE_WRONG, exit_status
 from reports.summary import report_data, report_json, schema
 from tests import surveyed
 from tests.surveyed import Roots
+from tests.test_executors import gone
 
 
 @pytest.fixture(autouse=True)
@@ -37,12 +43,12 @@ def _registered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plan, "SURVEYS", surveys.SURVEYS)
 
 
-def verdicts(engine: SurveyEngine, name: str = "planted") -> dict[tuple[str, str], SurveyCount]:
+def verdicts(engine: SurveyEngine, name: str = "planted", known: Known = unknown) -> dict[tuple[str, str], SurveyCount]:
     def asker(cases: Sequence[Case]) -> list[Said]:
         return [Said(engine.answer(case)) for case in cases]
 
     survey = Roots()
-    return {(c.question, c.regime): c for c in judged(survey, name, engine, survey.cases(0), asker)}
+    return {(c.question, c.regime): c for c in judged(survey, name, engine, survey.cases(0), asker, known)}
 
 
 def run_with(counts: dict[tuple[str, str], SurveyCount]) -> Run:
@@ -52,9 +58,7 @@ def run_with(counts: dict[tuple[str, str], SurveyCount]) -> Run:
 def test_a_right_engine_is_found_right() -> None:
     found = verdicts(surveyed.Right())
     assert set(found) == {(q, r) for q in Roots.questions for r in Roots.regimes}
-    assert all(
-        count.right == count.asked > 0 and not count.failed and count.witness is None for count in found.values()
-    )
+    assert all(count.right == count.asked > 0 and not count.failed and not count.witnesses for count in found.values())
     worst = max(abs(Fraction(math.sqrt(n)) ** 2 - Fraction(n)) / Fraction(n) for n in surveyed.NUMBERS if n > 100)
     assert found["root", "large"].worst == float(worst) > 0
 
@@ -64,21 +68,21 @@ def test_a_wrong_engine_is_counted_and_shown_by_the_simplest_case() -> None:
     small, large = found["root", "small"], found["root", "large"]
     assert (small.asked, small.right, small.wrong) == (5, 2, 3)
     assert (large.wrong, large.worst) == (2, float(Fraction(1e9) / 4 - 1))
-    assert small.witness is not None
-    assert small.witness.case.data == {"number": 1.0}
-    assert small.witness.judgement is not None
-    assert small.witness.judgement.amount == 0.75
-    assert large.witness is None  # one for each question
+    (witness,) = small.witnesses
+    assert witness.case.data == {"number": 1.0}
+    assert witness.judgement is not None
+    assert witness.judgement.amount == 0.75
+    assert not large.witnesses  # one for each question, symptom and entry
     assert not found["sign", "small"].failed
 
 
 def test_a_known_fault_is_counted_apart() -> None:
-    found = verdicts(surveyed.Excused())
+    found = verdicts(surveyed.Halves(), known=lambda fault: "halves" if fault.amount < 1 else "")
     count = found["root", "small"]
-    assert (count.known, count.wrong, count.excuses) == (3, 0, ["halves, see the manual"])
-    assert count.witness is not None
-    assert not count.failed
-    assert exit_status(run_with(found)) == FINISHED
+    assert (count.known, count.wrong, count.explained) == (2, 1, {"halves": 2})
+    assert [(shown.case.data["number"], shown.entry) for shown in count.witnesses] == [(1.0, "halves"), (8.0, "")]
+    assert count.failed
+    assert exit_status(run_with(verdicts(surveyed.Halves(), known=lambda fault: "halves"))) == FINISHED
 
 
 def test_an_answer_that_is_no_number_is_no_right_answer() -> None:
@@ -129,6 +133,29 @@ def test_many_hangs_do_not_hold_up_a_run_and_crashes_lose_nothing_else(monkeypat
     assert ["SIGSEGV" in one.lost for one in crashed] == [True, True, False, True]
 
 
+def test_memory_beyond_the_limit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    cases = [Case("root", "", {"number": number}).to_json() for number in (1.0, 2.0)]
+    for limit, lost in ((1 << 27, "MemoryError: "), (1 << 30, "")):
+        monkeypatch.setattr(children, "MEMORY", limit)
+        first, second = ask_apart("oracles.surveys.survey:answerer", "tests.surveyed:Leaking math", cases, 2.0)
+        assert first.lost == lost
+        assert (second.answer, second.lost) == (math.sqrt(2), "")
+
+
+def test_no_child_is_left_when_the_campaign_is_killed() -> None:
+    asking = (
+        "from oracles.isolation.children import ask_apart; case = {'question': 'root', 'regime': '', 'data': "
+        "{'number': 4.0}}; ask_apart('oracles.surveys.survey:answerer', 'tests.surveyed:Fragile math', [case], 600.0)"
+    )
+    with subprocess.Popen([sys.executable, "-c", asking], cwd=Path(__file__).parents[1]) as parent:
+        patience = time.monotonic() + 30
+        while not (below := list(processes.below((parent.pid,)))) and time.monotonic() < patience:
+            time.sleep(0.01)
+        parent.kill()
+    assert below
+    assert all(gone(one.number, within=10.0) for one in below)
+
+
 def test_a_busy_machine_is_no_hang(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(children, "main_thread_time", lambda number: 0.0)  # it got no processor
     number = {"number": 3.0}
@@ -139,10 +166,10 @@ def test_a_busy_machine_is_no_hang(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_plan_asks_surveys_with_shipped_engines_and_all_pairs_only() -> None:
     pairs = list(TABLE)
-    names = [task.name for task in plan.surveys(["fcl"], pairs)]
+    names = [task.name for task in plan.surveys(Ledger(), ["fcl"], pairs)]
     assert names == [f"survey-roots-{engine}" for engine in Roots.engines]
-    assert not list(plan.surveys(["fcl"], pairs[1:]))
-    assert not list(plan.surveys(["mine"], pairs))
+    assert not list(plan.surveys(Ledger(), ["fcl"], pairs[1:]))
+    assert not list(plan.surveys(Ledger(), ["mine"], pairs))
 
 
 def test_reports_show_what_was_found_and_read_it_back() -> None:
@@ -153,7 +180,8 @@ def test_reports_show_what_was_found_and_read_it_back() -> None:
     jsonschema.validate(data, json.loads(schema()))
     again = run_from_data(data)
     assert report_data(again)["surveys"] == data["surveys"]
-    assert exit_status(run) == exit_status(again) == INCOMPLETE
+    new = ledgers.settle(run, Ledger(own=(Path("own.toml"),)), update=False)
+    assert [exit_status(one, settled=new) for one in (run, again)] == [INCOMPLETE] * 2
     page, lines, cases = html.render(run), markdown.render(run), junit.render(run, [])
     for said in ("Square roots", "✗ 3 of 5 wrong", "root(1.0)", "needs a thing"):
         assert said in page
@@ -172,7 +200,7 @@ def test_the_reference_is_not_excused_where_it_is_wrong_and_proves_nothing_where
 
 def test_a_witness_that_shows_nothing_is_refused() -> None:
     data = report_data(run_with(verdicts(surveyed.Halves())))
-    witness = next(item["witness"] for item in data["surveys"] if item["witness"])
+    witness = next(item["witnesses"][0] for item in data["surveys"] if item["witnesses"])
     for name, value in (("answer", 1.0), ("answer", "potato"), ("tolerance", 9.0), ("lost", 3)):
         before, witness[name] = witness[name], value
         with pytest.raises(NoReport, match="damaged"):

@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import ClassVar
 
-import numpy as np
-
 from oracles.crowds.boxes import BoxCrowd, Pair
-from refimpl.linear import Bools
 
 
 class BroadPhaseEngine:
@@ -28,8 +25,6 @@ class BroadPhaseEngine:
         Whether it is asked for the nearest pair, too.
     script : str
         Python text, imports and then a function `pairs(bodies)`, that asks the engine alone (`oracles.crowds.repro`).
-    limit : str
-        Sentence on the bodies about which it promises nothing, if there are any.
     """
 
     calls: ClassVar[str]
@@ -37,7 +32,6 @@ class BroadPhaseEngine:
     margin_why: ClassVar[str] = "it declares none"
     closed: ClassVar[bool] = False
     finds_nearest: ClassVar[bool] = False
-    limit: ClassVar[str] = ""
     script: ClassVar[str] = ""
 
     def pairs(self, crowd: BoxCrowd) -> Iterable[Pair]:
@@ -48,7 +42,3 @@ class BroadPhaseEngine:
         """Pair whose bounding boxes are nearest to each other, where the engine finds that (`finds_nearest`)."""
         del crowd
         return None
-
-    def beyond_limit(self, crowd: BoxCrowd) -> Bools:
-        """Which bodies (n,) the `limit` is about."""
-        return np.zeros(len(crowd), dtype=bool)

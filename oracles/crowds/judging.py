@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,38 +13,14 @@ import numpy as np
 from oracles.crowds.asking import Answer, ask
 from oracles.crowds.boxes import BoxCrowd, Ids, Pair
 from oracles.crowds.engine import BroadPhaseEngine
+from oracles.crowds.failing import LOST, MISSING, NOT_NEAREST, Asker, Failure, Witness, witness_of
 from oracles.crowds.repro import crowd_script
+from oracles.fault import Known, unknown
+from oracles.outcome import Kind, Met
 from refimpl.linear import Array, Bools
-from refimpl.proof import Certificate, certify
 
-DIGITS = (1, 2, 3, 6)
-"""To which the numbers of a witness may be rounded."""
-MOST_ROUNDS = 12
-"""Of asking whether a smaller crowd shows the same."""
-
-
-@dataclass(frozen=True)
-class Witness:
-    """A small crowd of which an engine misses a pair.
-
-    Attributes
-    ----------
-    crowd : BoxCrowd
-    pair : (int, int)
-        Bodies of the crowd.
-    depth : float
-        Proven: their bounding boxes overlap by this much, and more than may be rounded.
-    certificate : Certificate
-        Of the signed distance of the two bounding boxes.
-    script : str
-        Python text that asks the engine alone, and shows that the pair is missing; empty where there is none.
-    """
-
-    crowd: BoxCrowd
-    pair: Pair
-    depth: float
-    certificate: Certificate
-    script: str = ""
+COUNTED = {MISSING: "missing", NOT_NEAREST: "not_nearest", LOST: "lost"}
+"""Where a failure is counted that the ledger does not explain."""
 
 
 @dataclass
@@ -58,8 +36,6 @@ class CrowdCount:
         rounded and the engine promises that: all must be named.
     missing : int
         Of these, what the engine left out.
-    beyond_limit : int
-        Left out too, but of a body about which the engine says that it promises nothing.
     close : int
         Other pairs whose boxes touch up to rounding: either answer is right.
     extra : int
@@ -70,6 +46,8 @@ class CrowdCount:
         Crowds, thinned out, of which the nearest pair was asked, and those of which another one was given.
     lost : int
         Crowds without an answer.
+    known : int
+        What is missing, not the nearest or lost by a fault that the ledger has, and is counted nowhere else.
     """
 
     engine: str
@@ -78,7 +56,7 @@ class CrowdCount:
     bodies: int = 0
     pairs: int = 0
     missing: int = 0
-    beyond_limit: int = 0
+    known: int = 0
     close: int = 0
     extra: int = 0
     false_alarms: int = 0
@@ -89,50 +67,104 @@ class CrowdCount:
     """The largest gap between boxes of a pair that was named."""
     errors: list[str] = field(default_factory=list)
     """Why crowds were lost, each reason once."""
+    explained: dict[str, int] = field(default_factory=dict)
+    """How many failures are known by which entry of the ledger."""
     calls: str = ""
     margin: float = 0.0
     margin_why: str = ""
-    limit: str = ""
     """What the engine says of its broad phase (`oracles.crowds.engine`)."""
-    witness: Witness | None = None
-    """Of a missing pair; where there is none, of one beyond the limit."""
+    witnesses: list[Witness] = field(default_factory=list)
+    """One for each symptom and entry of the ledger."""
 
     def counted(self) -> dict[str, object]:
-        """Return everything but the witness, as plain data."""
-        return {name: value for name, value in vars(self).items() if name != "witness"}
+        """Return everything but the witnesses, as plain data."""
+        return {name: value for name, value in vars(self).items() if name != "witnesses"}
 
     @property
     def wrong(self) -> bool:
-        """Whether the engine broke its promise."""
-        return self.missing > 0 or self.not_nearest > 0 or self.lost > 0
+        """Whether the engine broke its promise in a way that the ledger does not explain."""
+        return any(getattr(self, name) > 0 for name in COUNTED.values())
+
+    def add(self, failure: Failure) -> None:
+        """Count one failure."""
+        if failure.entry:
+            self.known += 1
+            self.explained[failure.entry] = self.explained.get(failure.entry, 0) + 1
+        else:
+            name = COUNTED[failure.symptom]
+            setattr(self, name, getattr(self, name) + 1)
 
 
-def weigh(count: CrowdCount, solver: BroadPhaseEngine, crowd: BoxCrowd, answer: Answer) -> list[Pair]:
-    """Add one answer to the counts; gives the pairs that are missing, those that the limit excuses last."""
-    count.crowds += 1
-    count.bodies += len(crowd)
-    if answer.lost:
-        count.lost += 1
-        count.errors += [answer.lost] * (answer.lost not in count.errors)
-        return []
-    if solver.finds_nearest:
-        count.nearest += 1
-        count.not_nearest += not _is_nearest(crowd.thinned(), answer.nearest)
-    upper, depth, slack, named = _pairs(crowd, answer)
-    must = depth > slack
-    if solver.closed:
-        must |= crowd.exact()[upper] & (depth >= 0)
-    count.pairs += int(np.count_nonzero(must))
-    count.close += int(np.count_nonzero((np.abs(depth) <= slack) & ~must))
-    extra = named & (depth < -slack)
-    count.extra += int(np.count_nonzero(extra))
-    count.false_alarms += int(np.count_nonzero(extra & (depth < -slack - solver.margin)))
-    count.widest = max(count.widest, float(np.max(-depth, where=extra, initial=0.0)))
-    excused = _excused(solver, crowd)
-    found = [_list(crowd, must & ~named & pardon) for pardon in (~excused, excused)]
-    count.missing += len(found[0])
-    count.beyond_limit += len(found[1])
-    return found[0] + found[1]
+@dataclass(frozen=True)
+class Judge:
+    """Judges what one engine says of crowds.
+
+    Attributes
+    ----------
+    name
+        Of the engine.
+    known
+        What the ledger says of a failure.
+    """
+
+    name: str
+    solver: BroadPhaseEngine
+    known: Known = unknown
+
+    def failed(self, symptom: str, crowd: BoxCrowd, pair: Pair | None, amount: float) -> Failure:
+        """A failure, and what the ledger says of it."""
+        made = Failure(symptom, pair, amount)
+        return replace(made, entry=self.known(made.fault(self.name, crowd)))
+
+    def weigh(self, count: CrowdCount, crowd: BoxCrowd, answer: Answer) -> list[Failure]:
+        """Add one answer to the counts; gives what is wrong with it."""
+        count.crowds += 1
+        count.bodies += len(crowd)
+        failures = self.failures(crowd, answer)
+        for failure in failures:
+            count.add(failure)
+        if answer.lost:
+            count.errors += [answer.lost] * (answer.lost not in count.errors)
+            return failures
+        count.nearest += self.solver.finds_nearest
+        upper, depth, slack, named = _pairs(crowd, answer)
+        must = self._must(crowd, upper, depth, slack)
+        count.pairs += int(np.count_nonzero(must))
+        count.close += int(np.count_nonzero((np.abs(depth) <= slack) & ~must))
+        extra = named & (depth < -slack)
+        count.extra += int(np.count_nonzero(extra))
+        count.false_alarms += int(np.count_nonzero(extra & (depth < -slack - self.solver.margin)))
+        count.widest = max(count.widest, float(np.max(-depth, where=extra, initial=0.0)))
+        return failures
+
+    def failures(self, crowd: BoxCrowd, answer: Answer) -> list[Failure]:
+        """What is wrong with an answer."""
+        if answer.lost:
+            return [self.failed(LOST, crowd, None, 0.0)]
+        found = []
+        if self.solver.finds_nearest and not _is_nearest(crowd.thinned(), answer.nearest):
+            found.append(self.failed(NOT_NEAREST, crowd, None, _beyond(crowd.thinned(), answer.nearest)))
+        upper, depth, slack, named = _pairs(crowd, answer)
+        missing = np.flatnonzero(self._must(crowd, upper, depth, slack) & ~named)
+        for i, j, by in zip(*(column[missing].tolist() for column in (*upper, depth)), strict=True):
+            found.append(self.failed(MISSING, crowd, (i, j), by))
+        return found
+
+    def _must(self, crowd: BoxCrowd, upper: tuple[Ids, Ids], depth: Array, slack: Array) -> Bools:
+        """Which pairs have to be named."""
+        return np.asarray((depth > slack) | (self.solver.closed & crowd.exact()[upper] & (depth >= 0)))
+
+    def shows(self, crowd: BoxCrowd, answer: Answer, failure: Failure) -> bool:
+        """Whether an answer on another crowd shows the same failure; of a missing pair that of its first two bodies."""
+        pair = None if failure.pair is None else (0, 1)
+        wanted = (failure.symptom, pair, failure.entry)
+        return any((one.symptom, one.pair, one.entry) == wanted for one in self.failures(crowd, answer))
+
+
+def _beyond(crowd: BoxCrowd, pair: Pair | None) -> float:
+    """How much farther apart than the nearest pair's boxes another's are; infinite where none is named."""
+    gaps = crowd.gaps()
+    return math.inf if pair is None else float(gaps[pair] - np.min(gaps[_upper(crowd)]))
 
 
 def _is_nearest(crowd: BoxCrowd, pair: Pair | None) -> bool:
@@ -158,124 +190,54 @@ def _pairs(crowd: BoxCrowd, answer: Answer) -> tuple[tuple[Ids, Ids], Array, Arr
     return upper, crowd.depths()[upper], crowd.slack()[upper], named[upper]
 
 
-def _excused(solver: BroadPhaseEngine, crowd: BoxCrowd) -> Bools:
-    large = solver.beyond_limit(crowd)
-    i, j = _upper(crowd)
-    return np.asarray(large[i] | large[j])
-
-
-def _list(crowd: BoxCrowd, which: Bools) -> list[Pair]:
-    i, j = _upper(crowd)
-    return list(zip(i[which].tolist(), j[which].tolist(), strict=True))
-
-
-# -- witnesses -----------------------------------------------------------------------------------------------
-
-Asker = Callable[[Sequence[BoxCrowd]], list[Answer]]
-
-
-def witness_of(asker: Asker, crowd: BoxCrowd, pair: Pair, *, closed: bool) -> Witness | None:
-    """Prove that a pair is missing, in the smallest crowd in which it is; None where the proof does not hold.
-
-    First the pair is tried alone, with numbers as round as they can be. If the engine misses it only among others,
-    these are left out as long as the engine, asked anew each time, goes on missing the pair.
-
-    Parameters
-    ----------
-    closed
-        Whether touching is enough where nothing has to be rounded.
-    """
-    ids = np.array([*pair, *(n for n in range(len(crowd)) if n not in pair)])
-    best = crowd.some(ids)  # the pair is now 0, 1
-    alone = best.some(np.arange(2))
-    found = _first_missing(asker, [*_simpler(alone), alone], closed)
-    if found is None:
-        for _ in range(MOST_ROUNDS):
-            smaller = _first_missing(asker, _smaller(best), closed)
-            if smaller is None:
-                break
-            best = smaller
-        found = _first_missing(asker, [*_simpler(best), best], closed)
-    if found is None:
-        return None
-    proof = certify(found.box(0), found.box(1))
-    if not _promised(found, -float(proof.upper), closed):
-        return None
-    return Witness(found, (0, 1), -float(proof.upper), proof)
-
-
-def _promised(crowd: BoxCrowd, depth: float, closed: bool) -> bool:
-    """Whether boxes of the first two bodies that overlap by this much must be named."""
-    return depth > crowd.slack()[0, 1] or bool(closed and crowd.exact()[0, 1] and depth >= 0)
-
-
-def _first_missing(asker: Asker, tries: Sequence[BoxCrowd], closed: bool) -> BoxCrowd | None:
-    """Give the first of some crowds of which the engine misses the first two."""
-    wanted = [crowd for crowd in tries if _promised(crowd, float(crowd.depths()[0, 1]), closed)]
-    for crowd, answer in zip(wanted, asker(wanted) if wanted else (), strict=True):
-        if not answer.lost and (0, 1) not in answer.pairs:
-            return crowd
-    return None
-
-
-def _smaller(crowd: BoxCrowd) -> list[BoxCrowd]:
-    """The first two bodies with fewer of the others: the fewest first."""
-    others = np.arange(2, len(crowd))
-    tries: list[Ids] = []
-    parts = 2
-    while parts <= min(len(others), 16):
-        chunks = np.array_split(others, parts)
-        if parts == 2:
-            tries += chunks
-        tries += [np.concatenate([c for k, c in enumerate(chunks) if k != leave]) for leave in range(parts)]
-        parts *= 2
-    kept = [np.concatenate([[0, 1], some]).astype(np.int64) for some in tries if len(some) < len(others)]
-    return [crowd.some(ids) for ids in sorted(kept, key=len)]
-
-
-def _simpler(crowd: BoxCrowd) -> list[BoxCrowd]:
-    """The same with rounder numbers, or with nothing moved, or as boxes only: the simplest first."""
-
-    def rounded() -> Iterator[BoxCrowd]:
-        for still in (True, False):
-            for boxes in (True, False):
-                for digits in DIGITS:
-                    center, half, before = (_rounded(x, digits) for x in (crowd.center, crowd.half, crowd.before))
-                    if np.all(half > 0) and len(np.unique(center, axis=0)) == len(crowd):
-                        balls = np.zeros_like(crowd.balls) if boxes else crowd.balls
-                        yield replace(crowd, balls=balls, center=center, half=half, before=center if still else before)
-
-    return list(rounded())
-
-
-def _rounded(values: Array, digits: int) -> Array:
-    """Numbers to so many digits of the largest of them."""
-    decade = int(np.floor(np.log10(np.max(np.abs(values), initial=1e-300))))
-    return np.asarray(np.round(values, digits - 1 - decade))
-
-
 def judged(
-    engine: str, solver: BroadPhaseEngine, crowds: Sequence[BoxCrowd], answers: Sequence[Answer], asker: Asker
+    engine: str,
+    solver: BroadPhaseEngine,
+    crowds: Sequence[BoxCrowd],
+    answers: Sequence[Answer],
+    asker: Asker,
+    known: Known = unknown,
 ) -> list[CrowdCount]:
-    """Weigh the answers on crowds of several regimes, with a witness for each regime that has a missing pair."""
+    """Weigh the answers on crowds of several regimes, with a witness for each symptom and entry of a regime."""
+    judge = Judge(engine, solver, known)
     counts: dict[str, CrowdCount] = {}
-    said: dict[str, Any] = {name: getattr(solver, name) for name in ("calls", "margin", "margin_why", "limit")}
+    said: dict[str, Any] = {name: getattr(solver, name) for name in ("calls", "margin", "margin_why")}
     for crowd, answer in zip(crowds, answers, strict=True):
         count = counts.setdefault(crowd.regime, CrowdCount(engine, crowd.regime, **said))
-        before = count.missing
-        missing = weigh(count, solver, crowd, answer)
-        if missing and (count.witness is None or count.missing > before == 0):
-            found = witness_of(asker, crowd, missing[0], closed=solver.closed)
-            if found is not None:
-                text = crowd_script(solver, engine, found.crowd, found.pair)
-                count.witness = replace(found, script=text)
+        for failure in judge.weigh(count, crowd, answer):
+            if not any((one.symptom, one.entry) == (failure.symptom, failure.entry) for one in count.witnesses):
+                found = witness_of(asker, judge.shows, crowd, failure, answer)
+                if found is not None:
+                    text = "" if found.pair is None else crowd_script(solver, engine, found.crowd, found.pair)
+                    count.witnesses.append(replace(found, script=text))
     return list(counts.values())
 
 
-def question(spec: str, engine: str, solver: BroadPhaseEngine, crowds: Sequence[BoxCrowd]) -> list[CrowdCount]:
-    """Ask an engine's broad phase about some crowds, and judge what it says."""
+def question(
+    spec: str,
+    engine: str,
+    solver: BroadPhaseEngine,
+    crowds: Sequence[BoxCrowd],
+    known: Known = unknown,
+    again: Mapping[str, Witness] = MappingProxyType({}),
+) -> tuple[list[CrowdCount], list[Met]]:
+    """Ask an engine's broad phase about the ledger's witnesses (`again`, by id) and some crowds, and judge it."""
 
     def asker(some: Sequence[BoxCrowd]) -> list[Answer]:
         return ask(spec, some)
 
-    return judged(engine, solver, crowds, asker(crowds), asker)
+    every = [*(witness.crowd for witness in again.values()), *crowds]
+    answers, judge = asker(every), Judge(engine, solver, known)
+    met = [_met(judge, *witness, answer) for witness, answer in zip(again.items(), answers, strict=False)]
+    return judged(engine, solver, every, answers, asker, known), met
+
+
+def _met(judge: Judge, name: str, witness: Witness, answer: Answer) -> Met:
+    """What becomes of a witness that is asked again."""
+    failures = judge.failures(witness.crowd, answer)
+    same = [one for one in failures if (one.symptom, one.pair) == (witness.symptom, witness.pair)]
+    failure = next(iter([*same, *failures]), None)
+    if failure is None:
+        return Met(name, Kind.AGREES, None)
+    kind = Kind.CRASHED if failure.symptom == LOST else Kind.WRONG
+    return Met(name, kind, failure.fault(judge.name, witness.crowd))

@@ -10,7 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 
-from oracles.engine import Engine, EngineUnavailable
+from oracles.engine import FILES, Engine, EngineUnavailable
 
 SHIPPED: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -93,6 +93,8 @@ def _module_of_file(path: Path, spec: str) -> ModuleType:
         raise EngineUnavailable(f"{spec} cannot be imported: there is no file {path}")
     module = importlib.util.module_from_spec(found)
     sys.modules[name] = module
+    if path.stem.isidentifier():
+        FILES[name] = path.stem
     try:
         found.loader.exec_module(module)
     except BaseException:

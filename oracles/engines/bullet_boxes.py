@@ -9,17 +9,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
-
 from oracles.crowds.boxes import BoxCrowd, Pair
 from oracles.crowds.engine import BroadPhaseEngine
 from oracles.engines.bullet_shapes import BOX, SPHERE, UPRIGHT, Placed
 from oracles.engines.bullet_world import World
-from refimpl.linear import Bools
-
-LARGEST = 1e6
-"""Diagonal of a box from which on Bullet does not follow a body that moves."""
-
 
 SCRIPT = """import pybullet
 
@@ -51,10 +44,6 @@ class BulletCrowds(BroadPhaseEngine):
     script: ClassVar[str] = SCRIPT
     margin: ClassVar[float] = 0.02
     margin_why: ClassVar[str] = "the contact breaking threshold, by which a box is larger once its body has been moved"
-    limit: ClassVar[str] = (
-        "Bullet does not follow a body that can move and whose bounding box has a diagonal of 1e6 or more: it stays in "
-        'the broad phase where it was ("overflow in AABB")'
-    )
 
     def __init__(self) -> None:
         self._world: World | None = None
@@ -71,8 +60,3 @@ class BulletCrowds(BroadPhaseEngine):
             for ball, half, place in zip(crowd.balls.tolist(), crowd.half.tolist(), places, strict=True)
         ]
         return self._world.overlapping(shapes, crowd.center.tolist() if crowd.moved else None)
-
-    def beyond_limit(self, crowd: BoxCrowd) -> Bools:
-        """Bodies that are too large, where any are moved."""
-        diagonal = 2 * np.sqrt(np.sum(crowd.half**2, axis=1))
-        return np.asarray((diagonal >= LARGEST * (1 - 1e-9)) & crowd.moved)

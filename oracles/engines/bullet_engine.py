@@ -44,7 +44,7 @@ from oracles.engines.bullet_boxes import BulletCrowds
 from oracles.engines.bullet_scripts import script, sweep_script
 from oracles.engines.bullet_shapes import MARGIN, NO_ELLIPSOID, on_grid, place, ray_of
 from oracles.engines.bullet_world import World, import_bullet
-from oracles.keeping import kept_by_rows
+from oracles.keeping import kept_by_rows, shape_of
 from oracles.motion import Motion
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP
 from refimpl.shapes import (
@@ -276,9 +276,7 @@ def _shrunk_cylinders(rows: Array) -> Array:
 @kept_by_rows
 def _hulls(rows: Array, kind: Kind) -> ConvexPolyhedron:
     """Hulls with their vertices on Bullet's grid; a row that has fewer than others repeats its last one."""
-    framed = [geometry.polytope(kind, row) for row in rows.tolist()]
-    found = [on_grid(geometry.vertices(one.key)) for one in framed]
-    most = max(len(points) for points in found)
-    padded = [points[np.minimum(np.arange(most), len(points) - 1)] for points in found]
-    places, turns = ([getattr(one, name) for one in framed] for name in ("position", "rotation"))
-    return ConvexPolyhedron.from_vertices(padded, places, turns)
+    given = shape_of(rows, kind)
+    assert isinstance(given, KDOP | ConvexPolyhedron)
+    frame = () if isinstance(given, KDOP) else (given.position, given.rotation)
+    return ConvexPolyhedron.from_vertices(on_grid(geometry.different(given.vertices)), *frame)

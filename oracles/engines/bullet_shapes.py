@@ -189,10 +189,10 @@ STEPS = 10216
 
 
 def on_grid(vertices: Array) -> Array:
-    """Vertices (m, 3) of a hull as `btConvexHullComputer` leaves them: towards the middle, to the next step."""
-    lower, upper = vertices.min(axis=0), vertices.max(axis=0)
+    """Vertices (..., m, 3) of hulls as `btConvexHullComputer` leaves them: towards the middle, to the next step."""
+    lower, upper = vertices.min(axis=-2, keepdims=True), vertices.max(axis=-2, keepdims=True)
     middle, step = (lower + upper) * 0.5, (upper - lower) * (1.0 / STEPS)  # in the roundings of btVector3
-    steps = (vertices - middle) * np.divide(1.0, step, out=np.zeros(3), where=step != 0)
+    steps = (vertices - middle) * np.divide(1.0, step, out=np.zeros_like(step), where=step != 0)
     return np.asarray(np.trunc(steps) * step + middle)
 
 

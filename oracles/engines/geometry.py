@@ -96,6 +96,17 @@ def vertices(key: Key) -> Array:
     return _VERTICES[key]
 
 
+def different(points: Array) -> Array:
+    """Vertices (n, m, 3) of a batch in order, no two of a row equal; a row with fewer than others repeats its last."""
+    every, order = np.arange(len(points))[:, None], np.lexsort(np.moveaxis(points[..., ::-1], -1, 0), axis=-1)
+    ordered = points[every, order]
+    new = np.ones(ordered.shape[:-1], dtype=bool)
+    new[:, 1:] = (ordered[:, 1:] != ordered[:, :-1]).any(axis=-1)
+    counts = new.sum(axis=1)
+    places = np.minimum(np.arange(counts.max()), counts[:, None] - 1)
+    return np.asarray(ordered[every, np.take_along_axis(np.argsort(~new, axis=1, kind="stable"), places, axis=1)])
+
+
 class Faced(NamedTuple):
     """A hull as vertices and faces, each of them a list of vertices, anticlockwise from outside."""
 

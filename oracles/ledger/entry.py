@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import date
 from fnmatch import fnmatchcase
+from functools import cached_property
 
 from packaging.specifiers import SpecifierSet
 from packaging.version import InvalidVersion, Version
 
 from oracles.degeneracy import degeneracy
+from oracles.fault import Fault
 from oracles.outcome import Kind, Verdict
 from oracles.scene import Scene
-from oracles.words import decade_of
 from refimpl import AABB, Box, Composite, Cylinder, Proxy
 from refimpl.linear import norm
 
@@ -45,7 +46,8 @@ class Entry:
     cause
         What goes wrong where in the engine, and when.
     query, pair, symptom, degeneracy, regime
-        Shell patterns, of which one has to fit; the degeneracy is what is special about the scene itself.
+        Shell patterns, of which one has to fit; the degeneracy is what is special about the scene itself. Of surveys
+        the query is ``survey NAME`` and the pair the question, of crowds ``broad phase`` and ``pairs`` or ``nearest``.
     decades
         First and last decade of the error relative to the scene's size; findings without an amount fit any.
     at_most, within
@@ -53,7 +55,8 @@ class Entry:
     thinner_than
         Only scenes in which a box or cylinder, or one that is a part, has a half extent or radius below this.
     larger_than, smaller_than
-        Only scenes whose largest coordinate or extent, of impacts the largest velocity, is at least, at most this.
+        Only scenes whose largest coordinate or extent, of impacts the largest velocity, of crowds the larger diagonal
+        of the two bounding boxes, is at least, at most this.
     slower_than
         Only impacts in which the bodies come nearer along the normal at less than this.
     versions
@@ -94,19 +97,23 @@ class Entry:
 
     def covers(self, engine: str, scene: Scene, verdict: Verdict) -> bool:
         """Whether a finding has this cause, as far as can be told; never one against the reference."""
-        if engine != self.engine or verdict.kind is Kind.REFERENCE_WRONG:
+        return self.explains(fault_in(engine, scene, verdict))
+
+    def explains(self, fault: Fault) -> bool:
+        """Whether a failure has this cause, as far as can be told; never one of the reference."""
+        if fault.engine != self.engine or fault.against_reference:
             return False
         texts = (
-            (self.query, scene.query),
-            (self.pair, scene.cell.pair),
-            (self.symptom, verdict.symptom),
-            (self.regime, scene.regime),
+            (self.query, fault.query),
+            (self.pair, fault.pair),
+            (self.symptom, fault.symptom),
+            (self.regime, fault.regime),
         )
         if not all(_fits(text, patterns) for patterns, text in texts):
             return False
-        if not (self._has_amount(scene, verdict) and self._has_scene(scene)):
+        if not (self._has_amount(fault) and self._has_geometry(fault)):
             return False
-        return self.degeneracy == ANY or _fits(degeneracy(scene), self.degeneracy)
+        return self.degeneracy == ANY or _fits(fault.degeneracy, self.degeneracy)
 
     def fits_cell(self, query: str, pair: str) -> bool:
         """Whether findings of a cell may have this cause."""
@@ -119,16 +126,45 @@ class Entry:
         except InvalidVersion:
             return True
 
-    def _has_amount(self, scene: Scene, verdict: Verdict) -> bool:
-        decade = decade_of(verdict.amount, scene.size)
+    def _has_amount(self, fault: Fault) -> bool:
+        decade = fault.decade
         if decade is not None and not self.decades[0] <= decade <= self.decades[1]:
             return False
-        return verdict.amount <= min(self.at_most * scene.size, self.within)
+        return fault.amount <= min(self.at_most * fault.size, self.within)
 
-    def _has_scene(self, scene: Scene) -> bool:
-        thin = math.isinf(self.thinner_than) or thinnest(scene) < self.thinner_than
-        slow = math.isinf(self.slower_than) or approach_of(scene) < self.slower_than
-        return thin and slow and self.larger_than <= scene.size <= self.smaller_than
+    def _has_geometry(self, fault: Fault) -> bool:
+        thin = math.isinf(self.thinner_than) or fault.thinnest < self.thinner_than
+        slow = math.isinf(self.slower_than) or fault.approach < self.slower_than
+        return thin and slow and self.larger_than <= fault.size <= self.smaller_than
+
+
+@dataclass(frozen=True)
+class SceneFault(Fault):
+    """A failure in a scene; what is special about that is found out when an entry asks for it."""
+
+    scene: Scene = field(kw_only=True)
+
+    @cached_property
+    def degeneracy(self) -> str:
+        """What is special about the scene."""
+        return degeneracy(self.scene)
+
+    @property
+    def thinnest(self) -> float:
+        """Of boxes and cylinders."""
+        return thinnest(self.scene)
+
+    @property
+    def approach(self) -> float:
+        """Along the normal."""
+        return approach_of(self.scene)
+
+
+def fault_in(engine: str, scene: Scene, verdict: Verdict) -> SceneFault:
+    """What the ledger goes by of a finding."""
+    asked = scene.query, scene.cell.pair, verdict.symptom, scene.regime
+    ours = verdict.kind is Kind.REFERENCE_WRONG
+    return SceneFault(engine, *asked, verdict.amount, scene.size, against_reference=ours, scene=scene)
 
 
 def _fits(text: str, patterns: tuple[str, ...]) -> bool:

@@ -8,9 +8,10 @@ from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 
-from oracles.ledger.entry import Entry
+from oracles.fault import Fault
+from oracles.ledger.entry import Entry, fault_in
 from oracles.ledger.reading import LedgerError, entries_in, read_table
-from oracles.ledger.witness import Witness, load_witness
+from oracles.ledger.witness import AnyWitness, load_witness
 from oracles.outcome import Verdict
 from oracles.scene import Scene
 
@@ -35,7 +36,7 @@ class Ledger:
     """
 
     entries: tuple[Entry, ...] = ()
-    witnesses: Mapping[tuple[str, str], Witness] = field(default_factory=dict)
+    witnesses: Mapping[tuple[str, str], AnyWitness] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
     own: tuple[Path, ...] = ()
 
@@ -88,8 +89,20 @@ class Ledger:
 
     def match(self, engine: str, scene: Scene, verdict: Verdict) -> Entry | None:
         """Entry that explains a finding; None when it is new, and for any finding against the reference."""
-        live = self._live.get(engine, ())
-        return next((entry for entry in live if entry.covers(engine, scene, verdict)), None)
+        return self.explaining(fault_in(engine, scene, verdict))
+
+    def explaining(self, fault: Fault) -> Entry | None:
+        """Entry that explains a failure, of whatever was asked; None when it is new."""
+        return next((entry for entry in self._live.get(fault.engine, ()) if entry.explains(fault)), None)
+
+    def name_of(self, fault: Fault) -> str:
+        """Name of that entry; empty when it is new."""
+        entry = self.explaining(fault)
+        return entry.name if entry else ""
+
+    def live(self, engine: str) -> tuple[Entry, ...]:
+        """Entries that apply to an engine as it is."""
+        return tuple(self._live.get(engine, ()))
 
 
 def _require_names(entries: Iterable[Entry]) -> None:
@@ -100,14 +113,14 @@ def _require_names(entries: Iterable[Entry]) -> None:
         files[entry.key] = entry.file
 
 
-class _Kept(Mapping[tuple[str, str], Witness]):
+class _Kept(Mapping[tuple[str, str], AnyWitness]):
     """Witnesses in their files, each read and proven when it is first asked for: most runs need one engine's."""
 
     def __init__(self, entries: Iterable[Entry]) -> None:
         self._folders = {(entry.engine, name): Path(entry.file).parent for entry in entries for name in entry.witnesses}
-        self._read: dict[tuple[str, str], Witness] = {}
+        self._read: dict[tuple[str, str], AnyWitness] = {}
 
-    def __getitem__(self, key: tuple[str, str]) -> Witness:
+    def __getitem__(self, key: tuple[str, str]) -> AnyWitness:
         """Return the witness; raises `LedgerError` when its file holds none."""
         if key not in self._read:
             self._read[key] = load_witness(self._folders[key], *key)

@@ -10,12 +10,17 @@ import tomllib
 from collections.abc import Callable
 from dataclasses import fields
 from datetime import date, datetime
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 
+from oracles import surveys
+from oracles.engine import NAME as ENGINE_NAME
+from oracles.fault import BROAD_PHASE, survey_query
 from oracles.ledger.entry import Entry, FirstSeen
+from oracles.scene import QUERIES, cells
 
 MOST_BYTES = 1_000_000
 MOST_ENTRIES, MOST_ITEMS = 2_000, 64
@@ -23,7 +28,6 @@ LONGEST_TEXT, LONGEST_PATTERN = 4_000, 200
 REFERENCE = "refimpl"
 
 NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
-ENGINE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,99}")
 WITNESS = re.compile(r"[0-9a-f]{12}")
 LINK = re.compile(r"https?://[!-~]{1,400}")
 
@@ -136,7 +140,7 @@ def _matching(pattern: re.Pattern[str], meaning: str) -> Callable[[Any, str], st
 
 
 _name = _matching(NAME, "small letters, digits and dashes, at most 100")
-_engine_name = _matching(ENGINE, "an engine's name")
+_engine_name = _matching(ENGINE_NAME, "an engine's name")
 _link = _matching(LINK, "a link with http or https")
 _witness = _matching(WITNESS, "an id of 12 hexadecimal digits")
 
@@ -161,6 +165,21 @@ def _several(parse: Callable[[Any, str], str]) -> Callable[[Any, str], tuple[str
 
 def _pattern(value: Any, place: str) -> str:
     return _text(value, place, LONGEST_PATTERN)
+
+
+def _query(value: Any, place: str) -> str:
+    pattern = _pattern(value, place)
+    names = (*QUERIES, BROAD_PHASE, *map(survey_query, surveys.SURVEYS))
+    if not any(fnmatchcase(name, pattern) for name in names):
+        raise LedgerError(f"{place} {repr(value)[:80]} fits no query; there are {', '.join(names)}")
+    return pattern
+
+
+def _pair(value: Any, place: str) -> str:
+    """Pattern of pairs, which may be written with any dash, or of what surveys and crowds ask."""
+    pattern = _pattern(value, place)
+    dashed = re.sub("[-—]", "–", pattern)
+    return dashed if any(fnmatchcase(cell.pair, dashed) for cell in cells()) else pattern
 
 
 def _number(value: Any, place: str) -> float:
@@ -193,13 +212,13 @@ def _first_seen(value: Any, place: str) -> FirstSeen:
     return FirstSeen(day, _text(value["version"], f"{place}.version", LONGEST_PATTERN))
 
 
-_patterns = _several(_pattern)
-
 FIELDS: dict[str, Callable[[Any, str], Any]] = {
     "engine": _engine,
     "name": _name,
     "cause": _text,
-    **dict.fromkeys(("query", "pair", "symptom", "degeneracy", "regime"), _patterns),
+    "query": _several(_query),
+    "pair": _several(_pair),
+    **dict.fromkeys(("symptom", "degeneracy", "regime"), _several(_pattern)),
     "decades": _decades,
     **dict.fromkeys(("at_most", "within", "thinner_than", "larger_than", "smaller_than", "slower_than"), _number),
     "versions": _versions,

@@ -7,10 +7,11 @@ from enum import StrEnum
 from typing import Protocol
 
 from oracles.engine import Answers
+from oracles.fault import Fault
 from oracles.judges import finding_of
-from oracles.ledger.entry import Entry
+from oracles.ledger.entry import Entry, fault_in
 from oracles.ledger.files import Ledger
-from oracles.ledger.witness import Witness
+from oracles.ledger.witness import AnyWitness, Witness
 from oracles.outcome import FINDINGS, Finding, Kind
 from oracles.relations import Bench as Questioned
 from oracles.relations import question
@@ -28,11 +29,18 @@ class Fate(StrEnum):
 
 @dataclass(frozen=True)
 class Replayed:
-    """A witness, the verdict on what the engine says now, and the finding where that is one."""
+    """A witness, the verdict on what the engine says now, and the finding where that is one; of no scene the fault."""
 
-    witness: Witness
+    witness: AnyWitness
     kind: Kind
     finding: Finding | None
+    other: Fault | None = None
+
+    @property
+    def fault(self) -> Fault | None:
+        """What the ledger goes by, where the engine fails still."""
+        found = self.finding
+        return self.other if found is None else fault_in(found.engine, found.scene, found.verdict)
 
 
 class Bench(Questioned, Protocol):
@@ -61,14 +69,13 @@ def fate(replayed: Replayed, entry: Entry) -> Fate:
     """What a replay says of an entry: whether what is found now still has its cause, as far as it reaches."""
     if replayed.kind in (Kind.UNSUPPORTED, Kind.SKIPPED):
         return Fate.NOT_ASKED
-    finding = replayed.finding
-    if finding is None:
+    fault = replayed.fault
+    if fault is None:
         return Fate.PASSES
-    same = entry.covers(finding.engine, finding.scene, finding.verdict)
-    return Fate.FAILS if same else Fate.CHANGED
+    return Fate.FAILS if entry.explains(fault) else Fate.CHANGED
 
 
-def to_replay(ledger: Ledger, engine: str) -> list[Witness]:
+def to_replay(ledger: Ledger, engine: str) -> list[AnyWitness]:
     """Witnesses of the entries that are about an engine as it is, each once, in a fixed order."""
     wanted = {
         name: ledger.witnesses[engine, name]

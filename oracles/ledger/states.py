@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from oracles.ledger.entry import Entry
 from oracles.ledger.files import Ledger
 from oracles.ledger.replay import Fate, Replayed, fate
+from oracles.ledger.studies import asked_of, seen_in
 from oracles.outcome import Bucket, EntryNote, Run, State
 
 UNSETTLED = (State.NEW, State.STALE, State.CHANGED)
@@ -16,14 +17,22 @@ UNSETTLED = (State.NEW, State.STALE, State.CHANGED)
 
 def settle(run: Run, ledger: Ledger, replays: Sequence[Replayed]) -> None:
     """Give each entry of the engines that were asked its state, and each bucket that of its entry, or NEW."""
-    asked = [entry for entry in ledger.entries if entry.engine in run.engines]
+    engines = {*run.engines, *(count.engine for count in run.surveys if not count.absent)}
+    asked = [entry for entry in ledger.entries if entry.engine in engines]
     run.ledger = [_note(entry, ledger, run, replays) for entry in asked]
     states = {(note.engine, note.name): note for note in run.ledger}
     for bucket in run.buckets:
         note = states.get((bucket.engine, bucket.entry or ""))
-        bucket.state = State.NEW if note is None else State.CHANGED if note.state is State.CHANGED else State.EXPECTED
+        bucket.state = state_by(note)
         bucket.cause = "" if note is None else note.cause
     run.buckets.sort(key=_order)
+
+
+def state_by(note: EntryNote | None) -> State:
+    """State of what an entry explains; NEW without one."""
+    if note is None:
+        return State.NEW
+    return State.CHANGED if note.state is State.CHANGED else State.EXPECTED
 
 
 def _order(bucket: Bucket) -> tuple[bool, int]:
@@ -35,7 +44,7 @@ def _note(entry: Entry, ledger: Ledger, run: Run, replays: Sequence[Replayed]) -
     mine = [r for r in replays if r.witness.engine == entry.engine and r.witness.id in entry.witnesses]
     by_id = {replayed.witness.id: fate(replayed, entry) for replayed in mine}
     fates = Counter(by_id.values())
-    seen = sum(b.count for b in run.buckets if (b.engine, b.entry) == entry.key)
+    seen = sum(b.count for b in run.buckets if (b.engine, b.entry) == entry.key) + seen_in(run, *entry.key)
     state, why = _state(entry, ledger, run, fates, seen)
     return EntryNote(
         entry.engine,
@@ -56,8 +65,13 @@ def _note(entry: Entry, ledger: Ledger, run: Run, replays: Sequence[Replayed]) -
 
 def _cells(entry: Entry, run: Run) -> tuple[tuple[str, str], ...]:
     """Cells of its engine that an entry is about."""
-    asked = ((query, pair) for engine, query, pair in run.support if engine == entry.engine)
-    return tuple(cell for cell in asked if entry.fits_cell(*cell))
+    return tuple(cell for cell in _asked(run, entry.engine) if entry.fits_cell(*cell))
+
+
+def _asked(run: Run, engine: str) -> list[tuple[str, str]]:
+    """Cells of an engine that were asked, and what surveys and crowds have asked it."""
+    cells = [(query, pair) for name, query, pair in run.support if name == engine]
+    return cells + asked_of(run, engine)
 
 
 def _state(entry: Entry, ledger: Ledger, run: Run, fates: Counter[Fate], seen: int) -> tuple[State, str]:
@@ -82,8 +96,7 @@ def _unmatched(entry: Entry, ledger: Ledger, run: Run, fates: Counter[Fate]) -> 
     """Why nothing that was found fits an entry."""
     if not ledger.applies(entry):
         return f"it is about versions {entry.versions}, not {ledger.versions[entry.engine]}"
-    asked = [(q, p) for e, q, p in run.support if e == entry.engine]
-    if not any(entry.fits_cell(query, pair) for query, pair in asked):
+    if not any(entry.fits_cell(query, pair) for query, pair in _asked(run, entry.engine)):
         return "none of its cells was asked"
     if fates[Fate.NOT_ASKED]:
         return "the engine does not answer its witnesses' cells"

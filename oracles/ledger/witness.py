@@ -3,7 +3,8 @@
 A witness ``witnesses/ENGINE/ID.json`` is one object: ``format``, ``version`` (of the engine), ``key`` (of the bucket)
 and ``finding``, as `oracles.records` writes it, with the certificate that convicts the engine. Numbers are doubles
 that read back to the bit; those that are not finite are the strings "nan", "inf" and "-inf". The id is that of the
-scene, a hash of its content.
+scene, a hash of its content. In place of the finding there may be a ``case`` of a survey, whose answer is judged anew
+when it is read, or a ``crowd`` with the certificate of the pair that a broad phase has missed.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from oracles.ledger.reading import ENGINE, LONGEST_PATTERN, WITNESS, LedgerError, read_file
+from oracles.engine import NAME as ENGINE_NAME
+from oracles.ledger.reading import LONGEST_PATTERN, WITNESS, LedgerError, read_file
+from oracles.ledger.studies import CaseWitness, CrowdWitness, study_from_json
 from oracles.outcome import Finding
 from oracles.records import finding_from_json, finding_to_json
 from oracles.scene import Scene
@@ -47,22 +50,35 @@ class Witness:
         """Hash of the scene's content."""
         return self.scene.id
 
-    def to_text(self) -> str:
-        """Return the file's text: a line for each part of the finding."""
-        finding = ",\n".join(f" {_dump(name)}: {_dump(value)}" for name, value in finding_to_json(self.finding).items())
-        head = {"format": FORMAT, "version": self.version, "key": self.key}
-        lines = [f"{_dump(name)}: {_dump(value)}" for name, value in head.items()]
-        return "{\n" + ",\n".join([*lines, '"finding": {\n' + finding + "\n}"]) + "\n}\n"
+    def parts(self) -> dict[str, Any]:
+        """What its file holds of it."""
+        return {"finding": finding_to_json(self.finding)}
+
+
+AnyWitness = Witness | CaseWitness | CrowdWitness
+
+
+def text_of(witness: AnyWitness) -> str:
+    """Return the file's text: a line for each part of what was found."""
+    head = {"format": FORMAT, "version": witness.version, "key": witness.key}
+    lines = []
+    for name, value in (head | witness.parts()).items():
+        if isinstance(value, dict):
+            inner = ",\n".join(f" {_dump(part)}: {_dump(of)}" for part, of in value.items())
+            lines.append(f"{_dump(name)}: {{\n{inner}\n}}")
+        else:
+            lines.append(f"{_dump(name)}: {_dump(value)}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def path_of(folder: Path, engine: str, name: str) -> Path:
     """Where a witness is kept; raises `LedgerError` for names that would lead elsewhere."""
-    if not ENGINE.fullmatch(engine) or not WITNESS.fullmatch(name):
+    if not ENGINE_NAME.fullmatch(engine) or not WITNESS.fullmatch(name):
         raise LedgerError(f"no witness can be kept under {engine[:80]!r} and {name[:80]!r}")
     return folder / FOLDER / engine / f"{name}.json"
 
 
-def load_witness(folder: Path, engine: str, name: str) -> Witness:
+def load_witness(folder: Path, engine: str, name: str) -> AnyWitness:
     """Read one witness of a ledger in `folder`, and check its certificate.
 
     Raises
@@ -83,12 +99,14 @@ def load_witness(folder: Path, engine: str, name: str) -> Witness:
     return found
 
 
-def _parsed(data: Any) -> Witness:
+def _parsed(data: Any) -> AnyWitness:
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise ValueError(f"its format is not {FORMAT}")
     texts = [data[name] for name in ("key", "version")]
     if not all(isinstance(text, str) and len(text) <= LONGEST_PATTERN for text in texts):
         raise ValueError(f"key and version must be texts of at most {LONGEST_PATTERN} characters")
+    if "finding" not in data:
+        return study_from_json(data, texts[1])
     return Witness(finding_from_json(data["finding"]), *texts)
 
 

@@ -67,7 +67,9 @@ class FaceAxisMissing(Planted):
 class AxisNotNormalised(Planted):
     """Overlaps are measured along cross products of edges that were not brought to length 1.
 
-    Along a short product the depth comes out too small, so that a move by it does not separate either.
+    Along a product of length s < 1 the depth d that is told is s times the overlap along it, and the least overlap is
+    no larger: a move by d leaves d/s − d, at least as much as the depth is off. So where the tolerance, which grows
+    with the coordinates, lies between the two, the depth is within it and the move is not: that is STUCK, and rightly.
     """
 
     def edge_axes(self, a: Brick, b: Brick) -> list[Vec]:

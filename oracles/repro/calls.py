@@ -14,6 +14,8 @@ PACKAGES = {"fcl": "pip install python-fcl", "pybullet": "pip install pybullet",
 PACKAGES |= {"pymunk": "pip install pymunk"}
 PACKAGES |= dict.fromkeys(("oracles", "refimpl"), "pip install proxyproof")
 LONGEST = 500
+OWN = "the module of this engine: call this in its folder"
+"""How to get a module that no index knows."""
 
 
 def call_of(engine: Engine, scene: Scene) -> str:
@@ -56,7 +58,7 @@ def _same(function: str, script: str) -> bool:
 
 def needed_by(script: str) -> list[list[str]]:
     """Modules that a script imports beyond the standard library, each with how to get it."""
-    return [[name, PACKAGES.get(name, "the module of this engine")] for name in sorted(set(_imported(script)))]
+    return [[name, PACKAGES.get(name, OWN)] for name in sorted(set(_imported(script)))]
 
 
 def _imported(script: str) -> Iterator[str]:

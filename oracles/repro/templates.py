@@ -28,7 +28,7 @@ PARTS = (
 )
 
 MAIN = """def main(arguments):
-    if arguments == ["--ask"]:
+{near}    if arguments == ["--ask"]:
         {ask}
         return 0
 {again}    lacking = "" if arguments else missing(NEEDED)
@@ -47,6 +47,8 @@ ASK_TIMED = """for module, _ in NEEDED:
         start = time.process_time()
         ask()
         print("seconds =", time.process_time() - start)"""
+NEAR = """    sys.path.append("")  # the engine's module is looked for in the current folder, too
+"""
 AGAIN = """    if arguments == ["--ask-again"]:
         ask_again()
         return 0

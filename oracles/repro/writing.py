@@ -15,7 +15,7 @@ from oracles.engine import COLUMNS, VELOCITIES, Engine
 from oracles.impact_reference import reference_of
 from oracles.outcome import Finding, Kind, Verdict
 from oracles.relation import RELATIONS
-from oracles.repro.calls import call_of, function_of, needed_by
+from oracles.repro.calls import OWN, call_of, function_of, needed_by
 from oracles.repro.encoding import motion_data
 from oracles.repro.facts import GIVEN, Sides, facts_of
 from oracles.repro.literals import UNPACKED, WIDTH, Name, Numbers, shortened
@@ -33,6 +33,7 @@ from oracles.repro.templates import (
     JUDGE_CONTRADICTION,
     JUDGE_IMPACT,
     MAIN,
+    NEAR,
     PARTS,
 )
 from oracles.scene import BOOLEAN, SWEEP, Scene
@@ -167,7 +168,9 @@ def _composed(engine: Engine, finding: Finding, calls: list[str], case: Case) ->
     check = CHECK if "SIDES" in case.constants else CHECK_LAWS
     timed = "seconds" in case.constants.get("HELD", {})
     ask = ASK_TIMED if timed else "ask()"
-    main = MAIN.format(ask=ask, again=AGAIN if both else "", check=check, asking=asking, judge=case.judge)
+    near = NEAR if OWN in dict(case.constants["NEEDED"]).values() else ""
+    again = AGAIN if both else ""
+    main = MAIN.format(near=near, ask=ask, again=again, check=check, asking=asking, judge=case.judge)
     imports, checker, rest = select(main, {name: frozenset(rows) for name, rows in case.rows.items()})
     data = "\n".join(f"{name} = {numbers.text(value, before=len(name) + 3)}" for name, value in case.constants.items())
     call, scene, judge = (PARTS[0], "\n\n".join(functions)), (PARTS[1], data), (PARTS[3], f"{rest}\n\n{main}")

@@ -38,3 +38,8 @@ def load_survey(name: str) -> Survey:
     module, _, attribute = SURVEYS[name].partition(":")
     made: Survey = getattr(import_module(module), attribute)()
     return made
+
+
+def surveyed() -> list[str]:
+    """Names of the engines that are asked by any survey."""
+    return [engine for name in SURVEYS for engine in load_survey(name).engines]

@@ -68,7 +68,7 @@ class Bounding(Survey):
             REFERENCE: Library(f"{HERE}:Reference", "refimpl", "proxyproof"),
             "trimesh": Library(f"{HERE}:Trimesh", "trimesh", "trimesh (the extra 'meshes')"),
             "miniball": Library(f"{HERE}:Miniball", "miniball", "miniball (the extra 'bounding')"),
-            "fcl": Library(f"{HERE}:Fcl", "fcl", "python-fcl (the extra 'fcl')"),
+            "fcl": Library(f"{HERE}:Fcl", "fcl", "python-fcl (the extra 'fcl')", "python-fcl"),
         }
     )
     each: ClassVar = 5.0
@@ -101,6 +101,17 @@ class Bounding(Survey):
         if case.question not in self.questions:
             raise ValueError(f"no question {case.question!r} about bounding volumes")
         points_in(case.data)
+
+    def size(self, case: Case) -> float:
+        """Largest extent of the cloud."""
+        return extent(points_in(case.data))
+
+    def special(self, case: Case) -> str:
+        """Whether the points are flat, and whether any of them coincide."""
+        points = points_in(case.data)
+        said = ["flat"] if dimension(points) < 3 else []
+        said += ["repeated points"] if len(np.unique(points, axis=0)) < len(points) else []
+        return ", ".join(said)
 
     def simpler(self, case: Case) -> Iterator[Case]:
         """Halves of the points, then all but one; then plainer coordinates."""

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from oracles.surveys.bounding import dimension, extent, points_in
+from oracles.surveys.bounding import extent, points_in
 from oracles.surveys.survey import Case, SurveyEngine
 from refimpl.linear import Array
 
@@ -73,17 +73,6 @@ class Trimesh(SurveyEngine):
         """Nothing is said about rounding; qhull joins what differs by 10⁻¹²."""
         return 1e-6 if case.question.endswith("size") else 1e-9 + 64 * rounding(points_in(case.data))
 
-    def known(self, case: Case) -> str:
-        """What its own threads say."""
-        points = points_in(case.data)
-        if extent(points) < MERGED:
-            return "vertices nearer to each other than trimesh.tol.merge, 1e-8, are one vertex to it"
-        if dimension(points) < 3:
-            return (
-                "flat points have no hull of volume, where its primitives start from: qhull raises, or moves the points"
-            )
-        return KNOWN.get(case.question, "")
-
     def answer(self, case: Case) -> Any:
         """The primitive, by its own numbers."""
         trimesh: Any = import_module("trimesh")
@@ -103,18 +92,6 @@ class Trimesh(SurveyEngine):
         return {"vertices": cloud.convex_hull.vertices.tolist()}
 
 
-MERGED = 1e-7
-"""Clouds of this extent lose points when what is nearer than a tenth of it is merged."""
-KNOWN = {
-    "box-size": (
-        "only boxes with a side on a face of the hull are tried, which the least box need not have: "
-        "https://github.com/mikedh/trimesh/issues/1544"
-    ),
-    "cylinder-size": "the search of the axis is coarse: https://github.com/mikedh/trimesh/issues/1269",
-    "sphere-size": "the diagram that it is searched in is rounded: https://github.com/mikedh/trimesh/issues/358",
-}
-
-
 class Miniball(SurveyEngine):
     """`miniball.get_bounding_ball`, Welzl's algorithm in numpy."""
 
@@ -128,12 +105,6 @@ class Miniball(SurveyEngine):
     def tolerance(self, case: Case) -> float:
         """Nothing is said about rounding."""
         return 1e-6 if case.question.endswith("size") else 1e-9 + 64 * rounding(points_in(case.data))
-
-    def known(self, case: Case) -> str:
-        """Say where a sphere through points is looked for that coincide."""
-        points = points_in(case.data)
-        repeated = len(np.unique(points, axis=0)) < len(points)
-        return "two equal points make the equations of a circumsphere singular, which raises LinAlgError" * repeated
 
     def answer(self, case: Case) -> Any:
         """The ball; it is drawn by chance, which is made the same every time."""

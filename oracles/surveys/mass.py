@@ -115,6 +115,10 @@ class Mass(Survey):
             raise ValueError("thin, away and size must be finite")
         truth(shape_from_json(solid))
 
+    def size(self, case: Case) -> float:
+        """Radius of gyration."""
+        return float(case.data["size"])
+
     def simpler(self, case: Case) -> Iterator[Case]:
         """A tetrahedron instead of other polytopes, rounder numbers, nearer places."""
         shape = shape_from_json(case.data["solid"])

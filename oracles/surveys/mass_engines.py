@@ -53,19 +53,6 @@ class Reference(SurveyEngine):
         }
 
 
-FAR = (
-    "trimesh sums over the surface about the origin of the coordinates (triangles.mass_properties) and takes away what "
-    "the barycentre's place adds: of a solid that stands far away nothing right is left, and moments may be negative"
-)
-SMALL = (
-    "trimesh merges corners and leaves out faces below an absolute size (1e-8): hulls and primitives so small or thin "
-    "are open or empty, and their center_mass, and what else is computed by their mesh, is wrong or not a number"
-)
-MESHED = (
-    "trimesh computes a capsule's moment_inertia by its mesh, which lies inside the solid; its volume by the formula"
-)
-
-
 class Trimesh(SurveyEngine):
     """Its meshes, and its primitives where it has them."""
 
@@ -87,14 +74,6 @@ class Trimesh(SurveyEngine):
     def tolerance(self, case: Case) -> float:
         """As promised, with the numbers' own share for thin solids."""
         return allowed(TOLERANCE, case)
-
-    def known(self, case: Case) -> str:
-        """What its sums about the origin, its merging and its meshes of primitives make wrong."""
-        if case.regime == "far":
-            return FAR
-        if case.regime in ("tiny", "thin") and case.question in ("Capsule", "Cylinder", "ConvexPolyhedron"):
-            return SMALL
-        return MESHED if case.question == "Capsule" else ""
 
     def answer(self, case: Case) -> Any:
         """All four."""
@@ -131,12 +110,6 @@ class Trimesh(SurveyEngine):
 
 MARGIN = 0.04
 """Bullet's own, in lengths."""
-BOXED = (
-    "Bullet's inertia of a convex hull is that of its bounding box with the collision margin on each side "
-    "(btPolyhedralConvexShape::calculateLocalInertia), by design; a URDF's own inertia is kept only with "
-    "URDF_USE_INERTIA_FROM_FILE"
-)
-CAPSULE = "Bullet's inertia of a capsule is that of its bounding box (btCapsuleShape::calculateLocalInertia), by design"
 
 
 class Bullet(SurveyEngine):
@@ -156,10 +129,6 @@ class Bullet(SurveyEngine):
     def tolerance(self, case: Case) -> float:
         """As promised; sizes are kept less a collision margin, which is added again: 4 bits of it may be lost."""
         return TOLERANCE + ROUNDING * MARGIN / float(case.data["size"])
-
-    def known(self, case: Case) -> str:
-        """Its conventions."""
-        return {"ConvexPolyhedron": BOXED, "Capsule": CAPSULE}.get(case.question, "")
 
     def answer(self, case: Case) -> Any:
         """The moments."""

@@ -42,14 +42,15 @@ class Pygame(SurveyEngine):
     def answer(self, case: Case) -> Any:
         """A pixel or nothing, or how many."""
         pair = pair_of(case.data)
-        a, b = _mask(pair.a), _mask(pair.b)
+        a, b = pygame_mask(pair.a), pygame_mask(pair.b)
         return a.overlap_area(b, pair.offset) if case.question == "area" else a.overlap(b, pair.offset)
 
 
-def _mask(solid: Bools) -> Any:
+def pygame_mask(solid: Bools) -> Any:
+    """The same mask for pygame: of an image that is opaque where it is solid."""
     import pygame  # noqa: PLC0415
 
-    made = pygame.mask.Mask(solid.shape[::-1])
-    for y, x in np.argwhere(solid).tolist():
-        made.set_at((x, y))
-    return made
+    if not solid.size:
+        return pygame.mask.Mask(solid.shape[::-1])
+    image = np.repeat(np.where(solid, 255, 0).astype(np.uint8)[..., None], 4, axis=-1)
+    return pygame.mask.from_surface(pygame.image.frombuffer(image.tobytes(), solid.shape[::-1], "RGBA"), 127)

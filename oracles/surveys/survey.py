@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any, ClassVar, NamedTuple
 
 from oracles.isolation.child import Answerer
@@ -87,11 +88,6 @@ class SurveyEngine(ABC):
         del case
         return 0.0
 
-    def known(self, case: Case) -> str:
-        """Sentence, with an address where there is one, on a fault of the library that is known; empty for none."""
-        del case
-        return ""
-
     @abstractmethod
     def answer(self, case: Case) -> Any:
         """Answer, as plain data; called in a process of its own, which may crash, hang or raise."""
@@ -106,6 +102,8 @@ class Library(NamedTuple):
     """What has to be installed for it."""
     package: str
     """What installs that."""
+    distribution: str = ""
+    """What has its version, where that has another name than the module."""
 
     @property
     def spec(self) -> str:
@@ -117,6 +115,13 @@ class Library(NamedTuple):
         if importlib.util.find_spec(self.module) is not None:
             return ""
         return f"needs the module {self.module}, which is not installed: pip install {self.package}"
+
+    def version(self) -> str:
+        """Version of what is installed; empty where there is none."""
+        try:
+            return version(self.distribution or self.module)
+        except PackageNotFoundError:
+            return ""
 
     def load(self) -> SurveyEngine:
         """Make the adapter; the library itself is not imported."""
@@ -165,6 +170,16 @@ class Survey(ABC):
     @abstractmethod
     def check(self, case: Case) -> None:
         """Raise ValueError, TypeError or LookupError for anything but a case: witnesses are read from files."""
+
+    def size(self, case: Case) -> float:
+        """Length that the ledger takes for the size of a case; answers are off by shares of it."""
+        del case
+        return 1.0
+
+    def special(self, case: Case) -> str:
+        """What is special about a case, for the ledger."""
+        del case
+        return ""
 
     def simpler(self, case: Case) -> Iterator[Case]:
         """Simpler cases of the same question that may show the same, the simplest first."""

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from refimpl.linear import Array, apply_inverse, dot, largest, norm, power_of_two, rotation_matrix, scale
+from refimpl.linear import Array, Bools, apply_inverse, dot, largest, norm, power_of_two, rotation_matrix, scale
 from refimpl.linear import apply as rotate
 from refimpl.results import Separation, where
 from refimpl.shapes import AABB, Box, Capsule, HalfSpace, Point, Sphere
@@ -75,14 +75,26 @@ def halfspace_halfspace(h: HalfSpace, g: HalfSpace) -> Separation:
     facing = dot(n, m) < -0.5
     suspects = np.flatnonzero(facing & (norm(n + m) < 1e-9))
     facing[:] = False
-    facing[suspects] = [_exactly_opposite(h.normal[i], g.normal[i]) for i in suspects]
+    facing[suspects] = _exactly_opposite(h.normal[suspects], g.normal[suspects])
     gap = np.where(facing, offset + other, -np.inf)
     on_a = np.where(facing[:, None], scale(-offset, n), np.nan)
     on_b = np.where(facing[:, None], on_a + scale(np.where(facing, gap, 0.0), n), np.nan)
     return Separation(gap, on_a, on_b, np.where(facing[:, None], n, np.nan))
 
 
-def _exactly_opposite(n: Array, m: Array) -> bool:
+def _exactly_opposite(n: Array, m: Array) -> Bools:
+    """Which rows are opposite: those that differ by the sign and a power of two are, others are asked in fractions."""
+    (digits, exponents), (others, theirs) = np.frexp(n), np.frexp(m)
+    first = np.argmax(digits != 0, axis=-1)[:, None]
+    steps = exponents - theirs
+    alike = (steps == np.take_along_axis(steps, first, axis=-1)) | (digits == 0)
+    opposite = np.all((digits == -others) & alike, axis=-1)
+    rest = np.flatnonzero(~opposite)
+    opposite[rest] = [_opposite_fractions(n[i], m[i]) for i in rest]
+    return np.asarray(opposite)
+
+
+def _opposite_fractions(n: Array, m: Array) -> bool:
     a, b = [Fraction(x) for x in n.tolist()], [Fraction(x) for x in m.tolist()]
     parallel = all(a[i] * b[j] == a[j] * b[i] for i, j in ((0, 1), (1, 2), (0, 2)))
     return parallel and sum(x * y for x, y in zip(a, b, strict=True)) < 0

@@ -25,6 +25,7 @@ from refimpl.linear import Array
 from refimpl.principal import quaternion_of
 from refimpl.shapes import Composite, Polyhedron, Sphere
 from refimpl.solids import Solid
+from refimpl.threads import products_in_one_thread
 
 COVERED = 6144
 """Points in the solid that tell how much a ball covers, at most."""
@@ -64,7 +65,8 @@ def medial_spheres(mesh: Any, count: int, *, seed: int = 0, detail: int = DETAIL
     solid, exponent = in_moderate_unit(polyhedron)
     center, radius = _balls(solid, seed)
     target = target_of(solid, detail)
-    chosen = _covering(target, center, radius, count)
+    with products_in_one_thread():
+        chosen = _covering(target, center, radius, count)
     return placed(polyhedron, exponent, Composite([Sphere(center[i], radius[i]) for i in chosen]))
 
 
@@ -145,8 +147,9 @@ def _fitted(
     count, polyhedron = whole_number(count), solid_of(mesh)
     solid, exponent = in_moderate_unit(polyhedron)
     target = target_of(solid, detail)
-    rows, loss = adjusted(family, first(solid, target, count, seed), target, ROUNDS)
-    rows = relocated(family, rows, loss, target)
+    with products_in_one_thread():
+        rows, loss = adjusted(family, first(solid, target, count, seed), target, ROUNDS)
+        rows = relocated(family, rows, loss, target)
     shapes = Composite([family.proxy(row) for row in rows]).times_power(target.exponent).translated(target.middle)
     return placed(polyhedron, exponent, shapes)
 

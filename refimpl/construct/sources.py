@@ -10,6 +10,7 @@ import numpy as np
 from refimpl.linear import Array
 from refimpl.loading import LARGEST
 from refimpl.meshfiles import FORMATS, FileError, form_of, numbers, parsed, read_bytes
+from refimpl.pointfiles import CLOUDS, points_in
 from refimpl.proxy import ShapeError
 from refimpl.shapes import Composite, ConvexPolyhedron, Polyhedron
 
@@ -27,8 +28,9 @@ def points_of(source: Any) -> Array:
     ----------
     source
         An array (n, 3), the path of a mesh file (its faces' corners; nothing else of it is needed, so that it may be
-        open), a `Polyhedron`, a `ConvexPolyhedron` of vertices in the frame in which they were given, a composite of
-        these, or what else has `vertices` and perhaps `faces`, such as a `trimesh.Trimesh` or `trimesh.PointCloud`.
+        open) or of a file of points (see `refimpl.pointfiles`), a `Polyhedron`, a `ConvexPolyhedron` of vertices in the
+        frame in which they were given, a composite of these, or what else has `vertices` and perhaps `faces`, such as a
+        `trimesh.Trimesh` or `trimesh.PointCloud`.
 
     Raises
     ------
@@ -51,10 +53,12 @@ def points_of(source: Any) -> Array:
 
 def _of_file(path: Path) -> Array:
     form = form_of(path)
-    if form not in FORMATS:
-        known = ", ".join(FORMATS)
-        raise ConstructionError(f"{path}: meshes are read from {known} files, this is {form or 'without suffix'}")
+    if form not in (*FORMATS, *CLOUDS):
+        known = f"meshes are read from {', '.join(FORMATS)} files, points from {', '.join(CLOUDS)} files"
+        raise ConstructionError(f"{path}: {known}, this is {form or 'without suffix'}")
     try:
+        if form in CLOUDS:
+            return points_in(read_bytes(path, LARGEST), form)
         meshes = parsed(read_bytes(path, LARGEST), form, split=False)
     except FileError as error:
         raise ConstructionError(f"{path} {error}") from None

@@ -1,28 +1,23 @@
-"""Masks of bits, 64 pixels a word, laid out so that a mask shifted by whole pixels is had by slicing.
+"""Masks of bits: rows as numbers, and words of 64 pixels laid out so that a shifted mask is had by slicing.
 
 A word holds 64 pixels of a row, the words of a strip of 64 columns follow each other down the rows, and the strips lie
 side by side. A mask that is shifted by 64q + r pixels is the mask shifted by r pixels, q strips further; the 64 copies
 are made when they are first needed. What two masks have in common is then one broadcast *and* of two slices, and as a
-strip is long, numpy goes through its words as fast as they come from memory.
+strip is long, a machine goes through its words as fast as they come from memory.
 """
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import NDArray
 
+from refimpl.flat.tiles import TILE, Tiles
 from refimpl.linear import Bools
 
 Words = NDArray[np.uint64]
 
-TILE = 8
-"""Pixels along each side of a tile."""
 KEEPING = 1 << 20
-"""Pixels of a mask of which all shifted copies are kept, 8 bytes a pixel; of a larger one only the last."""
-POPULATION = np.array([number.bit_count() for number in range(256)], dtype=np.uint8)
-"""Bits of each byte, where numpy does not count them."""
+"""Pixels of a mask of which all shifted copies and tiles are kept, 16 bytes a pixel; of a larger one only the last."""
 
 
 class BitMask:
@@ -35,7 +30,31 @@ class BitMask:
     width, height : int
         0 where no pixel is solid.
     solid : (height, width) bool
+    rows : list of int
+        Each row as one number, whose lowest bit is the last column: for a few rows the fastest there is, and the first
+        pixel that is set is told by how many bits the number has.
+    area : int
+        How many pixels are solid.
+    words : (strips * height,) int64
+        The strips one after the other, as compiled code reads them.
+    likely : int
+        Row that is asked first: the fullest, or where the mask was hit last, as what meets will mostly meet again
+        nearby. No answer depends on it.
     """
+
+    __slots__ = (
+        "_strips",
+        "_tiles",
+        "area",
+        "height",
+        "left",
+        "likely",
+        "rows",
+        "solid",
+        "top",
+        "width",
+        "words",
+    )
 
     def __init__(self, solid: Bools) -> None:
         rows, columns = np.flatnonzero(solid.any(axis=1)), np.flatnonzero(solid.any(axis=0))
@@ -44,87 +63,33 @@ class BitMask:
         self.width, self.height = right - self.left, bottom - self.top
         self.solid: Bools = solid[self.top : bottom, self.left : right].copy()
         self.solid.setflags(write=False)
-        self._copies: dict[int, Words] = {}
-        self._tiles: dict[tuple[int, bool], int] = {}
+        packed, room = np.packbits(self.solid, axis=1), -self.width % 8
+        self.rows = [int.from_bytes(row.tobytes(), "big") >> room for row in packed]
+        counts = [row.bit_count() for row in self.rows]
+        self.area = sum(counts)
+        self.likely = counts.index(max(counts)) if counts else 0
+        self._strips: dict[int, Words] = {}
+        self._tiles: dict[int, Tiles] = {}
+        self.words: NDArray[np.int64] = self.shifted(0).reshape(-1).view(np.int64)
 
-    @cached_property
-    def area(self) -> int:
-        """How many pixels are solid."""
-        return int(np.count_nonzero(self.solid))
-
-    @cached_property
-    def rows(self) -> list[int]:
-        """Each row as one number, whose lowest bit is the first column: for a few rows, the fastest there is."""
-        packed = np.packbits(self.solid, axis=1, bitorder="little")
-        return [int.from_bytes(row, "little") for row in packed]
-
-    @property
-    def across(self) -> int:
-        """Tiles from left to right."""
-        return -(-self.width // TILE)
-
-    def tiles(self, stride: int, *, spread: bool) -> int:
-        """Which tiles hold anything, as one number with so many bits a row.
-
-        Parameters
-        ----------
-        spread
-            Give those of the mask that is moved right and down by less than a tile, by any amount.
-        """
-        found = self._tiles.get((stride, spread))
+    def tiles(self, right: int, down: int) -> Tiles:
+        """Tiles of the mask moved by less than a tile."""
+        which = right * TILE + down
+        found = self._tiles.get(which)
         if found is None:
-            room = ((0, -self.height % TILE), (0, -self.width % TILE))
-            blocks = np.pad(self.solid, room).reshape(-(-self.height // TILE), TILE, self.across, TILE)
-            some = np.pad(blocks.any(axis=(1, 3)), ((0, 1), (0, stride - self.across)))
-            if spread:
-                some |= np.roll(some, 1, axis=0)
-                some |= np.roll(some, 1, axis=1)  # what is rolled in is empty
-            packed = np.packbits(some.reshape(-1), bitorder="little")
-            found = self._tiles[stride, spread] = int.from_bytes(packed.tobytes(), "little")
+            if self.width * self.height > KEEPING:
+                self._tiles = {0: self._tiles[0]} if 0 in self._tiles else {}
+            found = self._tiles[which] = Tiles(self.solid, right, down)
         return found
 
     def shifted(self, by: int) -> Words:
         """Strips of the mask moved right by 0 to 63 pixels, (strips, rows); the lowest bit is the first column."""
-        found = self._copies.get(by)
+        found = self._strips.get(by)
         if found is None:
             room = -(self.width + by) % 64
             packed = np.packbits(np.pad(self.solid, ((0, 0), (by, room))), axis=1, bitorder="little")
             found = np.ascontiguousarray(packed.view("<u8").T, dtype=np.uint64)
             if self.width * self.height > KEEPING:
-                self._copies = {0: self._copies[0]} if 0 in self._copies else {}
-            self._copies[by] = found
+                self._strips = {0: self._strips[0]} if by else {}
+            self._strips[by] = found
         return found
-
-
-def common(a: BitMask, b: BitMask, right: int, down: int) -> Words:
-    """Words (strips, rows) of pixels that both masks have, with `b` moved right and down; their boxes must overlap."""
-    mine, other, strips = a.shifted(0), b.shifted(right & 63), right >> 6
-    first, last = max(0, strips), min(len(mine), strips + len(other))
-    top, bottom = max(0, down), min(a.height, down + b.height)
-    return mine[first:last, top:bottom] & other[first - strips : last - strips, top - down : bottom - down]
-
-
-def tiles_meet(a: BitMask, b: BitMask, right: int, down: int) -> bool:
-    """Whether the masks may have a pixel in common, as far as tiles can tell."""
-    stride = a.across + b.across + 1  # so that nothing that leaves a row comes into another
-    mine, other = a.tiles(stride, spread=False), b.tiles(stride, spread=True)
-    shift = down // TILE * stride + right // TILE
-    return bool(mine >> shift & other if shift > 0 else other >> -shift & mine)
-
-
-def common_in_row(a: BitMask, b: BitMask, right: int, down: int, row: int) -> int:
-    """Bits of one row of `a` that `b` has too; the lowest is the first column of the one that begins further right."""
-    mine, other = a.rows[row], b.rows[row - down]
-    return mine >> right & other if right > 0 else other >> -right & mine
-
-
-def _counted(words: Words) -> int:
-    return int(np.add.reduce(np.bitwise_count(words).reshape(-1), 0, np.uint32))
-
-
-def _counted_by_bytes(words: Words) -> int:
-    return int(np.sum(POPULATION[words.reshape(-1).view(np.uint8)], dtype=np.int64))
-
-
-count = _counted if hasattr(np, "bitwise_count") else _counted_by_bytes  # numpy before 2.0
-"""How many bits of some words are set."""

@@ -4,7 +4,8 @@ A pixel is a closed unit of the raster and not a square in the plane: sprites ov
 those that lie side by side do not. Columns count to the right and rows downwards, as in images.
 
 An *early reject* compares the boxes of the solid pixels, a second one the tiles that hold any; an *early accept*
-compares the row in the middle of what the boxes have in common. Where none can tell, words of bits are compared.
+compares one row. Where none can tell, words of bits are compared. Once `refimpl.flat.scanning.compile_scans` was called
+and numba is installed, compiled kernels compare all words instead.
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike
 
-from refimpl.flat.bitmask import BitMask, common, common_in_row, count, tiles_meet
+from refimpl.flat.bitmask import BitMask
+from refimpl.flat.scanning import COMPILED, area, compile_scans, first_row, some_row
 from refimpl.linear import Array, Bools
 from refimpl.shapes import ShapeError
+from refimpl.signs import Indices
 
 MOST_PIXELS = 1 << 26
 """Of a sprite."""
@@ -26,8 +29,6 @@ FARTHEST = 1 << 62
 """Largest coordinate of a position."""
 FORMATS = ("PNG", "GIF", "WEBP", "TIFF", "BMP", "TGA")
 """Of image files that are read: those that have an alpha channel, or a colour that is transparent."""
-GLANCE = 4
-"""Rows in which a first common pixel is looked for, one by one, before it is looked for in all."""
 
 Pixel = tuple[int, int]
 
@@ -75,7 +76,7 @@ class Sprite:
     1
     """
 
-    __slots__ = ("_bits", "_bottom", "_left", "_right", "_top", "position", "shape")
+    __slots__ = ("_bits", "_bottom", "_left", "_placed", "_right", "_top", "position", "shape")
 
     position: Pixel
     shape: tuple[int, int]
@@ -83,7 +84,7 @@ class Sprite:
 
     def __init__(self, mask: ArrayLike, position: Sequence[int] = (0, 0)) -> None:
         solid = _checked_mask(mask)
-        self._place(BitMask(solid), (solid.shape[0], solid.shape[1]), _checked_position(position))
+        self._put(BitMask(solid), (solid.shape[0], solid.shape[1]), _checked_position(position))
 
     @classmethod
     def from_image(cls, path: str | PathLike[str], position: Sequence[int] = (0, 0), threshold: int = 127) -> Sprite:
@@ -102,14 +103,15 @@ class Sprite:
             raise ShapeError(f"Sprite.threshold: expected 0 to 255, got {threshold}")
         return cls(alpha(path, MOST_PIXELS, FORMATS) > threshold, position)
 
-    def _place(self, bits: BitMask, shape: tuple[int, int], position: Pixel) -> None:
+    def _put(self, bits: BitMask, shape: tuple[int, int], position: Pixel) -> None:
         """Take a place, with the box of the solid pixels there."""
         self._bits, self.shape, self.position = bits, shape, position
         self._left, self._top = position[0] + bits.left, position[1] + bits.top
         self._right, self._bottom = self._left + bits.width, self._top + bits.height
         if not bits.width:  # what is empty meets nothing
-            self._left = self._top = 2 * FARTHEST
-            self._right = self._bottom = -2 * FARTHEST
+            self._left = self._top = 2 * FARTHEST - 2
+            self._right = self._bottom = 2 - 2 * FARTHEST
+        self._placed = (bits.words, self._left, self._top, self._right, self._bottom)
 
     @property
     def mask(self) -> Bools:
@@ -133,7 +135,7 @@ class Sprite:
     def moved_to(self, position: Sequence[int]) -> Sprite:
         """Return the same mask elsewhere, which costs next to nothing."""
         moved = object.__new__(Sprite)
-        moved._place(self._bits, self.shape, _checked_position(position))
+        moved._put(self._bits, self.shape, _checked_position(position))
         return moved
 
     def translated(self, offset: Sequence[int]) -> Sprite:
@@ -142,7 +144,7 @@ class Sprite:
         return self.moved_to((self.position[0] + x, self.position[1] + y))
 
     def __contains__(self, pixel: Sequence[int]) -> bool:
-        x, y = pixel
+        x, y = _checked_position(pixel, "pixel")
         inside = self._left <= x < self._right and self._top <= y < self._bottom
         return inside and bool(self._bits.solid[y - self._top, x - self._left])
 
@@ -155,39 +157,62 @@ def intersect(a: Sprite, b: Sprite) -> bool:
 
     The first two steps take a quarter of a microsecond; they stand here, as calls would take as long again.
     """
-    left, top, bottom = a._left, a._top, a._bottom
-    right, down = b._left - left, b._top - top
-    if not (left < b._right and b._left < a._right and top < b._bottom and b._top < bottom):
+    if (compiled := COMPILED.meet) is not None:
+        return compiled(a._placed, b._placed)
+    top, right = a._top, a._right
+    down, over = b._top - top, b._right - right
+    if not (a._left < b._right and b._left < right and top < b._bottom and b._top < a._bottom):
         return False
-    middle = (down if down > 0 else 0) + (b._bottom if b._bottom < bottom else bottom) - top >> 1
-    mine, other = a._bits.rows[middle], b._bits.rows[middle - down]
-    if mine >> right & other if right > 0 else other >> -right & mine:
+    mine, others = a._bits, b._bits.rows
+    row = mine.likely
+    if not 0 <= row - down < len(others):
+        row = (down if down > 0 else 0) + (b._bottom if b._bottom < a._bottom else a._bottom) - top >> 1
+    if others[row - down] >> over & mine.rows[row] if over > 0 else mine.rows[row] >> -over & others[row - down]:
         return True
-    return tiles_meet(a._bits, b._bits, right, down) and bool(common(a._bits, b._bits, right, down).max())
+    return some_row(mine, b._bits, b._left - a._left, down) >= 0
 
 
 def overlap_area(a: Sprite, b: Sprite) -> int:
     """How many pixels are solid in both."""
+    if (compiled := COMPILED.area) is not None:
+        return compiled(a._placed, b._placed)
     return _area_at(a, b, 0, 0)
+
+
+def overlap_areas(a: Sprite, b: Sprite, positions: ArrayLike) -> Indices:
+    """How many pixels are solid in both, with B at many positions (..., 2); (...).
+
+    Many of them are counted by compiled kernels, if numba is installed; so is what is asked in this process from then
+    on (`refimpl.flat.scanning.compile_scans`).
+    """
+    places = np.asarray(positions)
+    if places.shape[-1:] != (2,) or not (places.dtype.kind in "iu" or places.size == 0):
+        raise ShapeError(f"positions: expected integers (..., 2), got {places.dtype} of shape {places.shape}")
+    (x, y), flat = b.position, places.reshape(-1, 2).tolist()
+    if any(max(abs(column), abs(row)) > FARTHEST for column, row in flat):
+        raise ShapeError("positions: expected at most 2**62")
+    compile_scans(len(flat))
+    areas = [_area_at(a, b, column - x, row - y) for column, row in flat]
+    return np.array(areas, dtype=np.int64).reshape(places.shape[:-1])
 
 
 def common_pixel(a: Sprite, b: Sprite) -> Pixel | None:
     """Return the first pixel that is solid in both, row by row from the top, each from the left; None without one."""
-    if not _boxes_meet(a, b):
+    if (compiled := COMPILED.first_pixel) is not None:
+        return compiled(a._placed, b._placed)
+    top, right = a._top, a._right
+    down, over = b._top - top, b._right - right
+    if not (a._left < b._right and b._left < right and top < b._bottom and b._top < a._bottom):
         return None
-    right, down = b._left - a._left, b._top - a._top
-    first, last = max(0, down), min(a._bottom, b._bottom) - a._top
-    for row in range(first, min(first + GLANCE, last)):
-        bits = common_in_row(a._bits, b._bits, right, down, row)
-        if bits:
-            break
-    else:
-        if not tiles_meet(a._bits, b._bits, right, down):
+    mine, others = a._bits.rows, b._bits.rows
+    row = down if down > 0 else 0
+    bits = others[row - down] >> over & mine[row] if over > 0 else mine[row] >> -over & others[row - down]
+    if not bits:
+        row = first_row(a._bits, b._bits, b._left - a._left, down)
+        if row < 0:
             return None
-        words = common(a._bits, b._bits, right, down)
-        row = first + int(np.argmax(np.bitwise_or.reduce(words, axis=0) != 0))
-        bits = common_in_row(a._bits, b._bits, right, down, row)
-    return (max(a._left, b._left) + (bits & -bits).bit_length() - 1, a._top + row) if bits else None
+        bits = others[row - down] >> over & mine[row] if over > 0 else mine[row] >> -over & others[row - down]
+    return (right if over > 0 else b._right) - bits.bit_length(), top + row
 
 
 def gradient(a: Sprite, b: Sprite) -> Pixel:
@@ -211,17 +236,15 @@ def collide(a: Sprite, b: Sprite) -> SpriteContact:
     return SpriteContact(True, overlap_area(a, b), pixel, fall / np.hypot(fall[0], fall[1]))
 
 
-def _boxes_meet(a: Sprite, b: Sprite) -> bool:
-    """Early reject."""
-    return a._left < b._right and b._left < a._right and a._top < b._bottom and b._top < a._bottom
-
-
 def _area_at(a: Sprite, b: Sprite, right: int, down: int) -> int:
     """Give the common area with B moved by so much."""
+    if (compiled := COMPILED.area) is not None:
+        moved = b._bits.words, b._left + right, b._top + down, b._right + right, b._bottom + down
+        return compiled(a._placed, moved)
     right, down = b._left - a._left + right, b._top - a._top + down
     mine, other = a._bits, b._bits
     if -other.width < right < mine.width and -other.height < down < mine.height:
-        return count(common(mine, other, right, down))
+        return area(mine, other, right, down)
     return 0
 
 
@@ -247,12 +270,12 @@ def _checked_mask(mask: ArrayLike) -> Bools:
     return solid
 
 
-def _checked_position(position: Sequence[int]) -> Pixel:
+def _checked_position(position: Sequence[int], name: str = "position") -> Pixel:
     try:
         x, y = position
         x, y = x.__index__(), y.__index__()
     except (TypeError, ValueError, AttributeError):
-        raise ShapeError(f"Sprite.position: expected two integers, got {position!r}") from None
+        raise ShapeError(f"Sprite.{name}: expected two integers, got {position!r}") from None
     if not (-FARTHEST <= x <= FARTHEST and -FARTHEST <= y <= FARTHEST):
-        raise ShapeError(f"Sprite.position: expected at most 2**62, got {(x, y)}")
+        raise ShapeError(f"Sprite.{name}: expected at most 2**62, got {(x, y)}")
     return x, y

@@ -32,11 +32,16 @@ def inlined(function: F) -> F:
     return _compiled(function, "always")
 
 
-def _compiled(function: F, inline: Literal["never", "always"]) -> F:
+def brief(function: F) -> F:
+    """Mark a kernel that is called for one pair and ends so soon that to let other threads in would take longer."""
+    return _compiled(function, "never", nogil=False)
+
+
+def _compiled(function: F, inline: Literal["never", "always"], nogil: bool = True) -> F:
     if __name__ == "refimpl.kernels":
         return function
     import numba  # noqa: PLC0415  only the second, compiled copy of this package needs it
 
     njit: Any = numba.njit
     # nothing here keeps or makes arrays: without counting references, calls take a third of the time
-    return cast(F, njit(cache=True, error_model="numpy", nogil=True, inline=inline, _nrt=False)(function))
+    return cast(F, njit(cache=True, error_model="numpy", nogil=nogil, inline=inline, _nrt=False)(function))

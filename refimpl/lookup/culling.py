@@ -16,7 +16,7 @@ from refimpl.proof.points import round_down
 from refimpl.proof.sweep_search import separated
 from refimpl.proxy import Proxy, ShapeError
 from refimpl.queries import distance, intersect
-from refimpl.shapes import Composite, ConvexPolyhedron, HalfSpace, Polyhedron
+from refimpl.shapes import Composite, ConvexPolyhedron, HalfSpace, Polyhedron, Ray
 from refimpl.signs import Indices
 from refimpl.supports import support
 
@@ -24,7 +24,7 @@ NONE = -1
 
 
 def culled_by(frustum: ConvexPolyhedron, volumes: Proxy) -> Indices:
-    """First plane of a frustum beyond which volumes lie, without touching it.
+    """Plane of a frustum beyond which volumes lie, without touching it; one of them where there are several.
 
     Parameters
     ----------
@@ -37,8 +37,15 @@ def culled_by(frustum: ConvexPolyhedron, volumes: Proxy) -> Indices:
     -------
     (...) int64
         Number of the plane, or −1: it is not known to be out of view.
+
+    Raises
+    ------
+    ShapeError
+        For a frustum that is none, and for what is no solid or point of space.
     """
-    planes = _planes_of(frustum)
+    planes = planes_of(frustum)
+    if not isinstance(volumes, Proxy) or isinstance(volumes, Ray) or volumes.dimension != 3:
+        raise ShapeError(f"volumes: expected solids or points of space, got {type(volumes).__name__}")
     flat = volumes.flattened()
     found = np.full(len(flat), NONE)
     size = flat.magnitude
@@ -74,11 +81,14 @@ def shows(frustum: ConvexPolyhedron, volumes: Proxy) -> Bools:
 
 def proof_of_absence(frustum: ConvexPolyhedron, volume: Proxy) -> Certificate | None:
     """Certificate that no point of a single volume is in the frustum: its lower bound is above 0. None without one."""
-    number = int(culled_by(frustum, volume))
+    culled = culled_by(frustum, volume)
+    if culled.shape:
+        raise ShapeError(f"volume: expected a single proxy, got a batch of shape {culled.shape}")
+    number = int(culled)
     if number == NONE:
         found = certify(frustum, volume)
         return found if found.lower > 0 else None
-    return _between(frustum, volume, _planes_of(frustum)[number])
+    return _between(frustum, volume, planes_of(frustum)[number])
 
 
 def _between(frustum: ConvexPolyhedron | HalfSpace, volume: Proxy, plane: Array) -> Certificate | None:
@@ -94,8 +104,10 @@ def _between(frustum: ConvexPolyhedron | HalfSpace, volume: Proxy, plane: Array)
     return found if found.lower > 0 else None
 
 
-def _planes_of(frustum: ConvexPolyhedron) -> Array:
-    """Planes (m, 4) of a frustum, which is where its planes say."""
+def planes_of(frustum: ConvexPolyhedron) -> Array:
+    """Planes (m, 4) of a frustum, which must be where its planes say; raises ShapeError for anything else."""
+    if not isinstance(frustum, ConvexPolyhedron):
+        raise ShapeError(f"frustum: expected a ConvexPolyhedron of planes, got {type(frustum).__name__}")
     placed = np.any(frustum.position != 0) or np.any(frustum.rotation[..., :3] != 0)
     if frustum.batch_shape or frustum.given != "planes" or placed:
         raise ShapeError("frustum: expected a single ConvexPolyhedron of planes that is neither moved nor turned")

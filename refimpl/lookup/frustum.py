@@ -57,7 +57,11 @@ def perspective(
     if not 0 < near < far < np.inf:
         raise ShapeError(f"perspective: expected 0 < near < far, got {near} and {far}")
     none = np.zeros(3)
-    ahead, way = unit_or(middle - camera, none)
+    with np.errstate(over="ignore"):
+        view = middle - camera
+    if not np.all(np.isfinite(view)):
+        raise ShapeError("perspective: eye and target are too far apart for a difference")
+    ahead, way = unit_or(view, none)
     aside, lean = unit_or(cross(ahead, unit_or(upwards, none)[0]), none)
     if way == 0 or lean == 0:
         raise ShapeError("perspective: target must not be at the eye, and up not along the view")
@@ -83,7 +87,7 @@ def frustum_of_matrix(matrix: ArrayLike, *, nearest: float = -1.0) -> ConvexPoly
     Raises
     ------
     ShapeError
-        For anything that is no such matrix.
+        For anything that is no such matrix, as one without a far plane.
 
     Notes
     -----
@@ -94,5 +98,13 @@ def frustum_of_matrix(matrix: ArrayLike, *, nearest: float = -1.0) -> ConvexPoly
     if rows.shape != (4, 4) or not np.all(np.isfinite(rows)):
         raise ShapeError(f"frustum_of_matrix: expected 4 × 4 finite numbers, got shape {rows.shape}")
     x, y, z, w = rows
+    if nearest not in (-1, 0):
+        raise ShapeError(f"frustum_of_matrix: nearest must be -1 or 0, got {nearest}")
     planes: Array = np.stack([nearest * w - z, z - w, -w - x, x - w, -w - y, y - w])
+    for name, plane in zip(PLANES, planes, strict=True):
+        if not np.any(plane[:3]):
+            raise ShapeError(
+                f"frustum_of_matrix: the {name} plane is at infinity or nowhere; a frustum is bounded, so that the "
+                "projection needs finite planes"
+            )
     return ConvexPolyhedron(planes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from operator import index
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 from refimpl.linear import Bools
 from refimpl.lookup.scene import Scene
 from refimpl.queries import intersect
-from refimpl.shapes import Capsule, Point
+from refimpl.shapes import Capsule, Point, ShapeError
 from refimpl.signs import Indices
 
 NOBODY = -1
@@ -43,14 +44,28 @@ def line_of_sight(scene: Scene, p: ArrayLike, q: ArrayLike, apart_from: Collecti
     apart_from : collection of int
         Numbers of proxies that do not count, as those who look and who are looked at.
 
+    Raises
+    ------
+    ShapeError
+        Names what is none of that.
+
     Notes
     -----
     The segment is a capsule without a radius, so that `certify(Capsule(p, q, 0), scene[number])` proves each answer.
     """
-    first, second = np.broadcast_arrays(Point(p).position, Point(q).position)
+    first, second = Point(p).position, Point(q).position
+    try:
+        first, second = np.broadcast_arrays(first, second)
+        uncounted = [index(number) for number in apart_from]
+    except ValueError:
+        raise ShapeError(f"p, q: shapes {first.shape} and {second.shape} do not broadcast") from None
+    except TypeError:
+        raise ShapeError(f"apart_from: expected numbers of proxies, got {apart_from!r}") from None
     segments = Capsule(first.reshape(-1, 3), second.reshape(-1, 3), np.zeros(first.size // 3))
-    near = scene.near_ways(segments.p, segments.q - segments.p, 1.0)
-    near = near[~np.isin(near[:, 1], list(apart_from))]
+    with np.errstate(over="ignore"):  # ways that have no end are asked as boxes
+        way = segments.q - segments.p
+    near = scene.near_ways(segments.p, way, 1.0)
+    near = near[~np.isin(near[:, 1], uncounted)]
     between = np.zeros(len(near), dtype=bool)
     for some, proxies in scene.by_type(near[:, 1]):
         between[some] = intersect(segments[near[some, 0]], proxies)

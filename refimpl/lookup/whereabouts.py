@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from refimpl.bounds import aabb
-from refimpl.lookup.culling import culled_by, shows
+from refimpl.lookup.culling import culled_by, planes_of, shows
 from refimpl.lookup.scene import Scene
 from refimpl.queries import intersect
-from refimpl.shapes import AABB, ConvexPolyhedron, Point
+from refimpl.shapes import AABB, ConvexPolyhedron, Point, ShapeError
 from refimpl.signs import Indices
 
 
@@ -22,8 +22,15 @@ def containing(scene: Scene, points: ArrayLike) -> Indices:
     -------
     (K, 2) int64
         Number of the point and of the proxy, sorted.
+
+    Raises
+    ------
+    ShapeError
+        For points that are no finite (n, 3).
     """
     where = Point(points)
+    if len(where.batch_shape) != 1:
+        raise ShapeError(f"points: expected shape (n, 3), got {where.position.shape}")
     near = scene.boxes.query_points(where.position)
     inside = np.zeros(len(near), dtype=bool)
     for some, proxies in scene.by_type(near[:, 1]):
@@ -35,7 +42,9 @@ def in_view(scene: Scene, frustum: ConvexPolyhedron) -> Indices:
     """Numbers of the proxies that have a point in a frustum, ascending; where rounding leaves a doubt, they are in it.
 
     First the boxes that meet the frustum's own, then those of them that are beyond no plane, and then the proxies.
+    Raises ShapeError for a frustum that `culled_by` refuses.
     """
+    planes_of(frustum)
     around = aabb(frustum)
     near = scene.boxes.query_boxes(around.lower[None], around.upper[None])[:, 1]
     low, high = scene.boxes.lower[near], scene.boxes.upper[near]
