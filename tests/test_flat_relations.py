@@ -15,8 +15,10 @@ from oracles.engine import Kind
 from oracles.growth import grown, growth
 from oracles.images import MIRRORED, QUARTER, TURNED, moved, rewritten
 from oracles.outcome import Kind as Verdicts
+from oracles.plan import later_passes
 from oracles.relations import RELATIONS, Relations, question
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP, Cell
+from oracles.tasks import RelateTask
 from refimpl import Proxy
 from refimpl.flat import ConvexPolygon, Disc, FlatPoint, FlatRay, Rectangle, Segment
 from refimpl.linear import norm
@@ -65,6 +67,14 @@ def test_the_reference_breaks_none_and_all_that_are_of_the_plane_are_asked() -> 
     assert told(found) == []
     of_space = {"turned", "finer_mesh", "as_ellipsoid", "as_composite"}
     assert names | asked(found) == set(RELATIONS) - of_space
+
+
+def test_pairs_of_the_plane_have_their_turn_in_later_passes() -> None:
+    cells = [("flat-reference", DISCS), ("flat-reference", Cell(DISTANCE, Disc, Rectangle))]
+    pairs = [(Disc, Disc), (Disc, Rectangle)]
+    tasks = list(later_passes(pairs, cells, 0, 2))
+    assert {task.pair for task in tasks if isinstance(task, RelateTask)} <= set(pairs)
+    assert any(isinstance(task, RelateTask) for task in tasks)
 
 
 # -- engines that break one ------------------------------------------------------------------------------------

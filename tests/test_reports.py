@@ -21,6 +21,7 @@ from refimpl.proof import Certificate, certify, certify_sweep, claims
 from reports import cells as cells_of_page
 from reports import findings, html, markdown, matrix, proofs, shapes, summary, tables, text
 from reports.content import what_ran
+from reports.viewer.said import said as in_the_corner
 from tests.sample_run import A_BOX, BALL, IN_SPACE, STONE, WEDGE, Page, sample_run
 
 
@@ -457,6 +458,7 @@ def test_answers_that_contradict_each_other_are_reported_with_both_scenes() -> N
     bucket.witness = dataclasses.replace(
         finding, verdict=verdict, related=Related("swapped", other, {"distance": 1.25})
     )
+    assert in_the_corner(bucket.witness)[0][1].endswith(", then distance 1.25")
     run.counts[bucket.engine, bucket.query, bucket.pair, "generic", Kind.INCONSISTENT] += 1
     run.relations.update({(bucket.engine, "swapped", bucket.query, kind): 7 for kind in Kind})
     page, text = html.render(run), markdown.render(run)

@@ -19,7 +19,7 @@ LOST = (Kind.CRASHED, Kind.TIMED_OUT)
 
 
 def said(finding: Finding) -> list[tuple[str, str]]:
-    """Layer and words of both answers; with as many digits as tell the two apart."""
+    """Layer and words of both answers, with as many digits as tell the two apart; of related scenes those of either."""
     query, verdict = finding.scene.query, finding.verdict
     name = text.visible(finding.engine, limit=40)
     symptom = text.visible(verdict.symptom, limit=80)
@@ -35,6 +35,9 @@ def said(finding: Finding) -> list[tuple[str, str]]:
         engine = f"{true}, {symptom}" if symptom else true
     if verdict.kind in LOST:
         engine = symptom or verdict.kind.value
+    elif finding.related:
+        both = (query, finding.answer), (finding.related.scene.query, finding.related.answer)
+        engine = ", then ".join(_words(asked_for, answer, DIGITS[0]) for asked_for, answer in both)
     return [("engine", f"{name}: {engine}"), ("truth", f"true: {true}")]
 
 
