@@ -12,7 +12,7 @@ import numpy as np
 
 from refimpl.broadphase.slabs import clipped
 from refimpl.linear import Array
-from refimpl.lookup.scene import Scene
+from refimpl.lookup.scene import Scene, require_scene
 from refimpl.queries import raycast
 from refimpl.results import RayHit
 from refimpl.shapes import Ray, ShapeError
@@ -46,7 +46,7 @@ def pick(scene: Scene, ray: Ray) -> Pick:
     if not isinstance(ray, Ray):
         raise ShapeError(f"ray: expected a Ray, got {type(ray).__name__}")
     rays = ray.flattened()
-    near = scene.near_ways(rays.origin, rays.direction, np.inf)
+    near = require_scene(scene).near_ways(rays.origin, rays.direction, np.inf)
     entry = _entries(scene, rays, near)
     order = np.lexsort((near[:, 1], entry, near[:, 0]))
     near, entry = near[order], entry[order]
