@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from oracles.growth import CORNERS
+from refimpl.flat import ConvexPolygon, Disc, Rectangle, Segment
 from refimpl.linear import Array, apply, norm, rotation_matrix, scale
 from refimpl.shapes import (
     AABB,
@@ -49,11 +50,14 @@ def apart(x: Proxy, y: Proxy) -> Array:
 
 
 def _corners(shape: Proxy) -> Array | None:
-    """Points of which a shape is the hull, (n, m, 3)."""
+    """Points of which a shape is the hull, (n, m, 3), or of the plane (n, m, 2)."""
     if isinstance(shape, Point):
         return shape.position[:, None, :]
-    if isinstance(shape, AABB):
-        return np.where(CORNERS > 0, shape.upper[:, None, :], shape.lower[:, None, :])
+    if isinstance(shape, AABB | Rectangle):
+        corners = CORNERS[:, : shape.lower.shape[-1]]
+        return np.where(corners > 0, shape.upper[:, None, :], shape.lower[:, None, :])
+    if isinstance(shape, ConvexPolygon) and shape.given == "vertices":
+        return shape.numbers
     if isinstance(shape, Box):
         return _posed(CORNERS * shape.half_extents[:, None, :], shape.center, shape.rotation)
     if isinstance(shape, ConvexPolyhedron) and shape.given == "vertices":
@@ -90,9 +94,19 @@ def _cylinders(x: Cylinder, y: Cylinder) -> Array:
     return np.asarray(ends + np.abs(x.radius - y.radius) + tilt * np.maximum(x.radius, y.radius))
 
 
+def _balls(x: Sphere | Disc, y: Sphere | Disc) -> Array:
+    return np.asarray(norm(x.center - y.center) + np.abs(x.radius - y.radius))
+
+
+def _capsules(x: Capsule | Segment, y: Capsule | Segment) -> Array:
+    return np.asarray(np.maximum(norm(x.p - y.p), norm(x.q - y.q)) + np.abs(x.radius - y.radius))
+
+
 _ROUND: dict[type[Proxy], Callable[[Any, Any], Array]] = {
-    Sphere: lambda x, y: norm(x.center - y.center) + np.abs(x.radius - y.radius),
-    Capsule: lambda x, y: np.maximum(norm(x.p - y.p), norm(x.q - y.q)) + np.abs(x.radius - y.radius),
+    Sphere: _balls,
+    Disc: _balls,
+    Capsule: _capsules,
+    Segment: _capsules,
     Cylinder: _cylinders,
     Ellipsoid: lambda x, y: (
         norm(x.center - y.center) + norm(x.radii - y.radii) + _turned_by(x.rotation, y.rotation) * x.radii.max(axis=-1)

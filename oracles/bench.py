@@ -35,6 +35,8 @@ class Setup:
         Folder of the models for scenes; by default what PyBullet ships.
     examples
         Scenes that each attack of Hypothesis generates.
+    database
+        Folder in which Hypothesis keeps what fails, to try it first the next time; by default none.
     """
 
     engines: tuple[str, ...]
@@ -42,6 +44,7 @@ class Setup:
     call_limit: float = 0.5
     models: str | None = None
     examples: int = MANY_EXAMPLES
+    database: str | None = None
 
 
 class Bench:

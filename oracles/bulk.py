@@ -37,7 +37,7 @@ QUICK, SEARCHED = 16, 6
 fewer: drawing and judging cost by the batch rather than by the scene."""
 MOST = 800
 """Scenes of a regime and pair in one task."""
-MESHES, MOST_OF_MESHES = 2, 400
+MESHES, MOST_OF_MESHES = 4, 800
 """The same of meshes: those of a regime share theirs and are a batch by themselves, so few cost as much as many."""
 FORMED, FORMED_MESHES = {KDOP, ConvexPolyhedron, Composite}, 3
 """Types of which an engine makes another hull, or several objects, for each scene: that costs more than judging it.

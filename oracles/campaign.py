@@ -99,12 +99,12 @@ class Campaign:
         budget = self.run.budget
         late = max(2 * budget, budget + PATIENCE)
         asked = self.filing.buckets.ledger, self.run.engines, self.pairs
-        self._do(plan.replays(*asked), until=late)
-        self._do(plan.first_pass(self.answered, self.run.seed), until=late)
-        self._do(plan.crowds(*asked), until=late)
-        self._do(plan.surveys(*asked), until=late)
-        if not self.passes and self.elapsed > budget + PATIENCE:
-            self.run.problems.append(f"the first pass took {self.elapsed:.0f} s of a budget of {budget:g} s")
+        for known in (plan.replays, plan.crowds, plan.surveys):
+            self._do(known(*asked), until=late)
+        begun = self.elapsed
+        self._do(plan.first_pass(self.answered, self.run.seed), until=begun + late)
+        if not self.passes and (took := self.elapsed - begun) > budget + PATIENCE:
+            self.run.problems.append(f"the first pass took {took:.0f} s of a budget of {budget:g} s")
         hunted = (1 - BOILING) * budget
         self._do(plan.later_passes(self.answered, self.targets(), self.run.seed, self.passes), until=hunted)
         while self.flying:
@@ -234,6 +234,7 @@ def run_campaign(
     ledger: Ledger | None = None,
     models: str | None = None,
     examples: int = MANY_EXAMPLES,
+    database: str | None = None,
     executor: Executor | None = None,
     enough: Callable[[Run], bool] | None = None,
     folder: Path | None = None,
@@ -262,6 +263,8 @@ def run_campaign(
         Folder from which the regime `models` takes its geometry; by default what PyBullet ships.
     examples
         Scenes that each attack of Hypothesis generates.
+    database
+        Folder in which Hypothesis keeps what fails, and tries it first the next time: what is found depends on it too.
     executor
         What does the tasks: anything of `concurrent.futures`, by default this process. It is shut down.
     enough
@@ -285,7 +288,7 @@ def run_campaign(
     """
     executor = executor or Here()
     try:
-        shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models, examples))
+        shop = opening.shop_of(Setup(tuple(engines), seed, call_limit, models, examples, database))
         wanted = opening.wanted_pairs(pairs, [bench.engine for bench in shop.benches])
         run = opening.run_of(shop, wanted, budget)
         run.engine_versions = plan.versions(run.engines, wanted) | run.engine_versions

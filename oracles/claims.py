@@ -122,7 +122,10 @@ class Claim:
         if not self.made.any():
             nothing = np.full(len(self.made), -np.inf)
             return nothing, nothing, np.zeros(len(self.made))
-        least, most = (kept if self.kept else signed)(self.x, self.y, self.made)
+        if self.kept:
+            least, most = kept(self.x, self.y, self.made)
+        else:
+            least, most = signed(self.x, self.y, self.made, above=bool((self.low > -np.inf)[self.made].any()))
         size = np.maximum(
             np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(most), np.abs(most), 0.0)
         )
@@ -236,7 +239,7 @@ class Questioned:
     def unusable(self) -> Bools:
         """Rows in which the engine owes a number and gave none, or gave one that no scene can have."""
         answers, hit = self.answers, self.answers.hit == 1
-        empty, endless = np.isnan(answers.hit), answers.distance == -np.inf
+        empty, endless = self.neither, answers.distance == -np.inf
         unmeasured = hit & ~endless & (np.isnan(answers.distance) | np.isnan(answers.normal).any(axis=-1))
         owed: dict[str, Bools] = {
             BOOLEAN: empty,
@@ -249,6 +252,11 @@ class Questioned:
         for vector in (answers.on_a, answers.on_b, answers.normal, answers.point):
             beyond |= (np.abs(vector) > LARGEST).any(axis=-1) & ~endless
         return self.answered & (owed[self.query] | beyond)
+
+    @cached_property
+    def neither(self) -> Bools:
+        """Rows in which the engine says neither that the shapes meet nor that they do not."""
+        return np.asarray((self.answers.hit != 0) & (self.answers.hit != 1))
 
     @property
     def world(self) -> World:
@@ -342,7 +350,7 @@ class Questioned:
 
         It is hardly more than the deepest pair has, or the engine does not promise it to be the least of the pair.
         """
-        overlapping = made & (self.answers.distance < 0)
+        overlapping = made & self.answered & (self.answers.distance < 0)
         if self.ways_out or not self.of_union or not overlapping.any():
             return np.zeros(len(made), dtype=bool)
         if self.query == CONTACTS and self.waived & OTHER_DEPTHS:

@@ -1,16 +1,15 @@
 """Where random numbers come from: one interface for both hunters.
 
 A regime asks for numbers and does not know who answers: a counter-based generator that fills a whole batch, or
-Hypothesis, which draws a single scene and shrinks it.
+Hypothesis, which draws a single scene and shrinks it (`oracles.strategies`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
-from hypothesis import strategies as st
 
 from refimpl.linear import Array
 
@@ -50,29 +49,6 @@ class NumpyDraws:
         """Numbers out of `values`."""
         picked = self._generator.integers(len(values), size=(self.n, width) if width else self.n)
         return np.asarray(np.array(values, dtype=np.float64)[picked])
-
-
-class HypothesisDraws:
-    """Numbers of one scene, drawn and shrunk by Hypothesis."""
-
-    n = 1
-    about = ""
-
-    def __init__(self, draw: Callable[[st.SearchStrategy[Any]], Any]) -> None:
-        self._draw = draw
-
-    def _fill(self, strategy: st.SearchStrategy[float], width: int) -> Array:
-        count = max(width, 1)
-        values = np.array([self._draw(strategy) for _ in range(count)], dtype=np.float64)
-        return values.reshape((1, width) if width else (1,))
-
-    def uniform(self, low: float, high: float, width: int = 0) -> Array:
-        """Numbers between `low` and `high`; simple ones first."""
-        return self._fill(st.floats(low, high, allow_subnormal=False), width)
-
-    def choice(self, values: Sequence[float], width: int = 0) -> Array:
-        """Numbers out of `values`; the first is the simplest."""
-        return self._fill(st.sampled_from([float(v) for v in values]), width)
 
 
 def log_uniform(draws: Draws, low: float, high: float, width: int = 0) -> Array:

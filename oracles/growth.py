@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from oracles.flat_images import FLAT_FARTHEST, FLAT_GROW
+from refimpl.flat import ConvexPolygon, Disc, Segment
 from refimpl.linear import Array, norm, scale
 from refimpl.shapes import (
     AABB,
@@ -32,6 +34,8 @@ SIDES = [
 ]
 """Triangles of its surface."""
 
+ROUND = (Sphere, Capsule, Disc, Segment)
+"""Types that are grown by a ball, or disc."""
 ROUNDED = 1.0 + 2.0**-40
 """Room for rounding in a bound on growth."""
 
@@ -66,6 +70,7 @@ GROW: dict[type[Proxy], Callable[[Any, Array], Proxy]] = {
     ConvexPolyhedron: _hull,
     Polyhedron: _solid,
     Composite: lambda c, by: Composite([grown(part, by) for part in c.parts]),
+    **FLAT_GROW,
 }
 
 FARTHEST: dict[type[Proxy], float] = {
@@ -74,6 +79,7 @@ FARTHEST: dict[type[Proxy], float] = {
     Box: 3**0.5,
     Ellipsoid: 1.25**0.5,
     Cylinder: 1.0,
+    **FLAT_FARTHEST,
 }
 """How far a grown proxy reaches beyond the given one, in units of the growth; rounding aside."""
 
@@ -88,14 +94,14 @@ def growth(shape: Proxy, larger: Proxy, by: Array) -> tuple[Array, Array]:
 
     Both are the same for round proxies, which are grown by a ball. Hulls and slabs have corners that may go anywhere.
     """
-    if isinstance(shape, Sphere | Capsule) and isinstance(larger, Sphere | Capsule):
+    if isinstance(shape, ROUND) and isinstance(larger, ROUND):
         exactly = larger.radius - shape.radius
         rounding = 2.0**-52 * larger.radius
         return exactly - rounding, exactly + rounding
     if isinstance(shape, Composite) and isinstance(larger, Composite):
         most = [growth(part, other, by)[1] for part, other in zip(shape.parts, larger.parts, strict=True)]
         return np.zeros(len(by)), np.asarray(np.max(most, axis=0))
-    if isinstance(shape, ConvexPolyhedron) and shape.given == "vertices":
+    if isinstance(shape, ConvexPolyhedron | ConvexPolygon) and shape.given == "vertices":
         return np.zeros(len(by)), ROUNDED * 1.25 * by + 2.0**-50 * larger.magnitude
     far = FARTHEST.get(type(shape), np.inf)
     return np.zeros(len(by)), ROUNDED * far * by + 2.0**-50 * larger.magnitude

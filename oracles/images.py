@@ -12,7 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from refimpl.linear import Array, dot, norm
+from oracles.flat_images import FLAT_REWRITE, FLAT_TURN
+from oracles.world import world_of
+from refimpl.flat import ConvexPolygon, Rectangle, Segment
+from refimpl.linear import Array, Bools, dot, norm
 from refimpl.shapes import (
     AABB,
     KDOP,
@@ -42,6 +45,11 @@ class Axes:
     signs: tuple[float, float, float]
 
     @property
+    def keeps_the_plane(self) -> bool:
+        """Whether what is flat stays so."""
+        return self.order[2] == 2
+
+    @property
     def parity(self) -> float:
         """1 of a rotation, −1 of a reflection."""
         swaps = sum(self.order[i] > self.order[j] for i in range(3) for j in range(i + 1, 3))
@@ -54,8 +62,9 @@ class Axes:
         return Axes(order, (self.signs[order[0]], self.signs[order[1]], self.signs[order[2]]))
 
     def places(self, v: Array) -> Array:
-        """Vectors (..., 3) that have signs, such as positions and velocities."""
-        return np.asarray(v[..., self.order] * np.array(self.signs) + 0.0)
+        """Vectors (..., 3) that have signs, such as positions and velocities; of the plane (..., 2)."""
+        axes = v.shape[-1]
+        return np.asarray(v[..., self.order[:axes]] * np.array(self.signs[:axes]) + 0.0)
 
     def spins(self, v: Array) -> Array:
         """Vectors (..., 3) of rotation, whose sign a reflection turns."""
@@ -108,6 +117,7 @@ _TURN: dict[type[Proxy], Callable[[Axes, Any], Proxy]] = {
     ConvexPolyhedron: Axes._hull,
     Polyhedron: Axes._solid,
     Composite: lambda m, s: Composite([m(part) for part in s.parts]),
+    **FLAT_TURN,
 }
 
 TURNED = Axes((1, 2, 0), (1.0, 1.0, 1.0))
@@ -140,7 +150,11 @@ def sum_error(x: Array, y: Array) -> Array:
 
 
 def moved(shape: Proxy, offset: Array) -> Moved:
-    """Move proxies by `offset` (n, 3); where a cylinder would lose its axis, it stays, with an infinite error."""
+    """Move proxies by `offset` (n, 3), of the plane by what of it is there.
+
+    Where a cylinder would lose its axis, it stays, with an infinite error.
+    """
+    offset = world_of(shape).vectors(offset)
     if isinstance(shape, Composite):
         parts = [moved(part, offset) for part in shape.parts]
         return Moved(Composite([p.shape for p in parts]), np.max([p.error for p in parts], axis=0))
@@ -151,11 +165,25 @@ def moved(shape: Proxy, offset: Array) -> Moved:
         return Moved(shape.translated(offset), 4 * ROUND * terms / norm(shape.normal))
     if isinstance(shape, KDOP):
         return _moved_slabs(shape, offset)
-    fields = {AABB: ("lower", "upper"), Capsule: ("p", "q"), Point: ("position",), Ray: ("origin",)}
-    placed = (ConvexPolyhedron, Polyhedron)
-    names = fields.get(type(shape), ("position",) if isinstance(shape, placed) else ("center",))
+    if isinstance(shape, ConvexPolygon):
+        return _moved_lines(shape, offset) if shape.given == "lines" else _moved_vertices(shape, offset)
+    names = next((names for types, names in PLACED_BY.items() if isinstance(shape, types)), ("center",))
     errors = [np.abs(sum_error(getattr(shape, name), offset)) for name in names]
     return Moved(shape.translated(offset), norm(np.max(errors, axis=0)))
+
+
+PLACED_BY: dict[tuple[type[Proxy], ...], tuple[str, ...]] = {
+    (AABB, Rectangle): ("lower", "upper"),
+    (Capsule, Segment): ("p", "q"),
+    (Point, ConvexPolyhedron, Polyhedron): ("position",),
+    (Ray,): ("origin",),
+}
+"""Places among the numbers of a proxy; of all others the centre."""
+
+
+def _moved_vertices(shape: ConvexPolygon, offset: Array) -> Moved:
+    """Each vertex is rounded by itself, and the hull by no more."""
+    return Moved(shape.translated(offset), norm(sum_error(shape.numbers, offset[:, None, :])).max(axis=-1))
 
 
 def _moved_cylinder(shape: Cylinder, offset: Array) -> Moved:
@@ -171,13 +199,33 @@ def _moved_cylinder(shape: Cylinder, offset: Array) -> Moved:
 
 def _moved_slabs(shape: KDOP, offset: Array) -> Moved:
     """Slabs meet in corners that rounding may take anywhere: only exact sums count."""
-    one = np.count_nonzero(offset, axis=-1) <= 1
-    powers = np.all(np.abs(np.frexp(offset)[0]) * (offset != 0) % 0.5 == 0, axis=-1)
     shift = dot(shape.directions, offset[:, None, :])
     lost = np.abs(sum_error(shape.lower, shift)) + np.abs(sum_error(shape.upper, shift))
     image = KDOP(shape.directions, shape.lower + shift, np.maximum(shape.lower + shift, shape.upper + shift))
-    exact = one & powers & (lost.max(axis=-1) == 0)
+    exact = _by_a_power(offset) & (lost.max(axis=-1) == 0)
     return Moved(image, np.where(exact, 0.0, np.inf))
+
+
+def has_slabs(shape: Proxy) -> bool:
+    """Whether corners of it, or of a part, are where planes or lines meet."""
+    if isinstance(shape, Composite):
+        return any(map(has_slabs, shape.parts))
+    return isinstance(shape, KDOP) or (isinstance(shape, ConvexPolygon) and shape.given == "lines")
+
+
+def _moved_lines(shape: ConvexPolygon, offset: Array) -> Moved:
+    """As slabs; those that would be rounded stay, with an infinite error, as nothing might be left of them."""
+    shift = dot(shape.numbers[..., :2], offset[:, None, :])
+    lost = np.abs(sum_error(shape.numbers[..., 2], -shift)).max(axis=-1)
+    exact = _by_a_power(offset) & (lost == 0)
+    image = shape.translated(np.where(exact[:, None], offset, 0.0))
+    return Moved(image, np.where(exact, 0.0, np.inf))
+
+
+def _by_a_power(offset: Array) -> Bools:
+    """Whether a move is along an axis, by a power of two: products with it are exact."""
+    one = np.count_nonzero(offset, axis=-1) <= 1
+    return np.asarray(one & np.all(np.abs(np.frexp(offset)[0]) * (offset != 0) % 0.5 == 0, axis=-1))
 
 
 # -- the same set in other numbers -----------------------------------------------------------------------------
@@ -211,78 +259,5 @@ _REWRITE: dict[type[Proxy], Callable[[Any], Proxy]] = {
     ConvexPolyhedron: _reversed,
     Polyhedron: _renumbered,
     Composite: lambda s: Composite([rewritten(part) or part for part in s.parts[::-1]]),
+    **FLAT_REWRITE,
 }
-
-
-# -- finer meshes ----------------------------------------------------------------------------------------------
-
-MOST_REFINED = 400
-"""Triangles of the largest mesh that is refined."""
-
-
-@dataclass(frozen=True)
-class Refinement:
-    """A mesh with more triangles and the same surface.
-
-    Attributes
-    ----------
-    vertices, triangles
-        Of the finer mesh.
-    sources
-        Number of the triangle from which each one comes.
-    """
-
-    vertices: Array
-    triangles: list[tuple[int, int, int]]
-    sources: list[int]
-
-
-def refinement(vertices: Array, triangles: Any) -> Refinement | None:
-    """Cut triangles at those middles of their edges that doubles can hold; None where they can hold none."""
-    points, middles = [*vertices], {}
-    edges = {(min(e), max(e)) for t in triangles.tolist() for e in zip(t, (*t[1:], t[0]), strict=True)}
-    for a, b in sorted(edges):
-        total = vertices[a] + vertices[b]
-        if np.all(sum_error(vertices[a], vertices[b]) == 0) and np.all(2 * (total / 2) == total):
-            middles[a, b] = len(points)
-            points.append(total / 2)
-    if not middles or len(triangles) > MOST_REFINED:
-        return None
-    found: list[tuple[int, int, int]] = []
-    sources: list[int] = []
-    for number, corners in enumerate(triangles.tolist()):
-        pieces = list(_cut(corners, middles))
-        found += pieces
-        sources += [number] * len(pieces)
-    return Refinement(np.array(points), found, sources)
-
-
-def _cut(corners: list[int], middles: dict[tuple[int, int], int]) -> list[tuple[int, int, int]]:
-    """Triangles of one triangle, whose outline has a corner more for each middle."""
-    for turn in range(3):
-        a, b, c = corners[turn:] + corners[:turn]
-        ab, bc, ca = (middles.get((min(e), max(e))) for e in ((a, b), (b, c), (c, a)))
-        if ab is not None and bc is not None and ca is not None:
-            return [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-        if ab is not None and bc is not None:
-            return [(ab, b, bc), (a, ab, bc), (a, bc, c)]
-        if ab is not None and ca is None:
-            return [(a, ab, c), (ab, b, c)]
-    return [(corners[0], corners[1], corners[2])]
-
-
-def refined(mesh: Polyhedron) -> tuple[Polyhedron, Refinement] | None:
-    """The same solid with a finer surface, where there is one."""
-    finer = refinement(mesh.vertices, mesh.triangles)
-    if finer is None:
-        return None
-    return Polyhedron(finer.vertices, finer.triangles, mesh.position, mesh.rotation), finer
-
-
-def refined_surface(surface: Composite, finer: Refinement) -> Composite | None:
-    """What an engine takes for the solid, the union of its triangles, cut as the mesh was."""
-    first = surface.parts[0]
-    if len(surface.parts) != max(finer.sources) + 1 or not isinstance(first, ConvexPolyhedron):
-        return None
-    corners = [finer.vertices[list(triangle)] for triangle in finer.triangles]
-    return Composite([ConvexPolyhedron.from_vertices(c, first.position, first.rotation) for c in corners])

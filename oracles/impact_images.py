@@ -130,7 +130,7 @@ def seen_from_a_train(asked: Asked) -> Image:
     """The same velocity is added to both bodies: Galileo's principle; nothing immovable may be among them."""
     motion = _motion(asked)
     speed = np.ldexp(1.0, power_of_two(np.maximum(asked.size, np.finfo(float).tiny)))
-    train = scale(speed, np.array([2.0, -1.0, 4.0]))
+    train = scale(speed, asked.world.level(np.array([2.0, -1.0, 4.0])))
     lost = np.zeros(len(asked))
     for of in motion.bodies:
         lost = np.where(of.inverse_mass > 0, lost + largest(sum_error(of.velocity, train)), np.inf)

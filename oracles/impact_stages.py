@@ -1,7 +1,7 @@
 """Two proxies that touch in a point known by construction, for the regimes of impacts.
 
 One of the two, the *target*, is touched in a feature of its own: a face or side, an edge, a corner or cap. The other, a
-ball or a half-space, is put against it there, so that the point and the normal need no search.
+ball, a half-space or a polygon's corner, is put against it there, so that the point and the normal need no search.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from oracles.bodies import Body
 from oracles.draws import Draws
-from oracles.flat_stages import FLAT_TARGETS, ON
+from oracles.flat_stages import AGAINST, FLAT_TARGETS, ON
 from oracles.world import is_flat
 from refimpl.flat import Disc
 from refimpl.linear import Array, apply, cross, dot, norm, rotation_matrix, scale
@@ -77,18 +77,20 @@ def stage(draws: Draws, pair: tuple[type[Proxy], type[Proxy]], bodies: tuple[Bod
     feature, spread = where[:, 0], where[:, 1]
     if with_plane:
         spread = np.where(feature == CORNER, spread, 0.0)  # of what lands flat, the middle counts
-    target = (
-        MAKE[kind](draws, own, feature, spread) if kind in MAKE else _Target(*ON[kind](draws, own, feature, spread))
-    )
-    placed = _plane_at(target) if with_plane else _ball_at(target, other.extents[:, 0])
+    if is_flat(kind):
+        its = pair[0] if second else pair[1]
+        target = _Target(*ON[kind](draws, own, np.where(its is Disc, feature, FACE), spread))
+        placed = AGAINST[its](other, target.point, target.outward)
+    else:
+        target = MAKE[kind](draws, own, feature, spread)
+        placed = _plane_at(target) if with_plane else _ball_at(target, other.extents[:, 0])
     a, b = (placed, target.shape) if second else (target.shape, placed)
     normal = -target.outward if second else target.outward
     return Staged(a, b, target.point, normal)
 
 
 def _ball_at(target: _Target, radius: Array) -> Proxy:
-    center = target.point + scale(radius, target.outward)
-    return Disc(center[:, :2], radius) if is_flat(target.shape) else Sphere(center, radius)
+    return Sphere(target.point + scale(radius, target.outward), radius)
 
 
 def _plane_at(target: _Target) -> HalfSpace:

@@ -87,6 +87,7 @@ def store_of(
         "call limit": shop.setup.call_limit,
         "models": shop.setup.models,
         "examples": shop.setup.examples,
+        "database": shop.setup.database,
     }
     if resume:
         return Store.go_on(folder, manifest)

@@ -97,12 +97,26 @@ TOUCHES: dict[tuple[type[Proxy], type[Proxy]], tuple[Touch, ...]] = {
 
 
 DISC, OTHER_DISC = flat.Disc([0.0, 0.0], 1.0), flat.Disc([2.0, 0.0], 1.0)
+SQUARE = flat.Rectangle([-1.0, -1.0], [1.0, 1.0])
+DIAMOND = flat.ConvexPolygon.from_vertices([[1.0, 0.0], [2.0, -1.0], [3.0, 0.0], [2.0, 1.0]])
 BLOCK = flat.ConvexPolygon.from_vertices([[1.0, -1.0], [3.0, -1.0], [3.0, 1.0], [1.0, 1.0]])
 TOUCHES |= {
-    (flat.Disc, flat.Disc): (Touch(DISC, OTHER_DISC, (1.0, 0.0, 0.0), (1.0, 0.0, 0.0)),),
+    (flat.Disc, flat.Disc): (Touch(DISC, OTHER_DISC, (1.0, 0.0, 0.0), AHEAD),),
+    (flat.Disc, flat.Segment): (
+        Touch(DISC, flat.Segment([1.0, -1.0], [1.0, 1.0]), (1.0, 0.0, 0.0), AHEAD),
+        Touch(DISC, flat.Segment([2.0, 0.0], [2.0, 2.0], 1.0), (1.0, 0.0, 0.0), AHEAD),
+    ),
+    (flat.Disc, flat.Rectangle): (
+        Touch(DISC, flat.Rectangle([1.0, -1.0], [3.0, 1.0]), (1.0, 0.0, 0.0), AHEAD),
+        Touch(DISC, flat.Rectangle([1.0, -0.5], [3.0, 1.5]), (1.0, 0.0, 0.0), AHEAD),
+    ),
     (flat.Disc, flat.ConvexPolygon): (
-        Touch(DISC, BLOCK, (1.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
-        Touch(DISC.translated([0.0, 0.5]), BLOCK, (1.0, 0.5, 0.0), (1.0, 0.0, 0.0)),
+        Touch(DISC, BLOCK, (1.0, 0.0, 0.0), AHEAD),
+        Touch(DISC.translated([0.0, 0.5]), BLOCK, (1.0, 0.5, 0.0), AHEAD),
+    ),
+    (flat.Rectangle, flat.ConvexPolygon): (
+        Touch(SQUARE, DIAMOND, (1.0, 0.0, 0.0), AHEAD),
+        Touch(SQUARE, DIAMOND.translated([0.0, 0.5]), (1.0, 0.5, 0.0), AHEAD),
     ),
 }
 

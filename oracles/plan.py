@@ -1,9 +1,10 @@
 """The plan of a campaign: which tasks, in which order. It depends on nothing but the options and the seed.
 
-First the ledger's witnesses are asked again, so that what is known does not hang on luck. Then the bulk hunter puts
-scenes of every regime before every cell of every engine, crowds come before every broad phase, and surveys before the
-libraries that answer other things than pairs. Then larger passes of it take turns with Hypothesis and with relations, a
-few tasks each, so that however soon the time is used up, all have had their share.
+First the ledger's witnesses are asked again, so that what is known does not hang on luck: scenes on their own, the
+others where crowds come before every broad phase, and surveys before the libraries that answer other things than
+pairs. Then the bulk hunter puts scenes of every regime before every cell of every engine. Then larger passes of it
+take turns with Hypothesis and with relations, a few tasks each, so that however soon the time is used up, all have had
+their share.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from oracles.ledger.witness import Witness
 from oracles.scene import Cell
 from oracles.surveys import SURVEYS, load_survey
 from oracles.tasks import BulkTask, CrowdTask, HuntTask, RelateTask, ReplayTask, SurveyTask, Task
-from oracles.world import SPACE, is_flat
+from oracles.world import SPACE
 
 FIRST_PASS, LARGEST_PASS = 1, 200
 """Scenes of each regime and pair in the first pass and in the largest: the first is to see every cell and regime once,
@@ -105,9 +106,8 @@ def _bulk(pairs: Sequence[PairKey], seed: int, number: int) -> Iterator[Task]:
 
 
 def _relations(targets: Sequence[tuple[str, Cell]], seed: int) -> Iterator[Task]:
-    """Relations on every pair of every engine of space, round after round: they are maps of space."""
-    pairs = ((engine, (cell.type_a, cell.type_b)) for engine, cell in targets if not is_flat(cell.type_a))
-    asked = list(dict.fromkeys(pairs))
+    """Relations on every pair of every engine, round after round."""
+    asked = list(dict.fromkeys((engine, (cell.type_a, cell.type_b)) for engine, cell in targets))
     for number in count() if asked else ():
         for index in np.random.default_rng([seed, number, 2]).permutation(len(asked)):
             engine, pair = asked[int(index)]

@@ -28,6 +28,8 @@ from refimpl.shapes import Composite, Polyhedron
 Kind = type[Proxy]
 
 MOST_REMEMBERED, MOST_PROVEN = 20_000, 1_000
+ALONE = 16
+"""Batches up to so many rows are remembered in any case: the judge of one answer asks about it again."""
 QUICK: set[Kind] = {Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box, FlatPoint, FlatRay, Disc, Segment, Rectangle}
 """Types whose pairs need neither search nor corners nor pieces."""
 
@@ -64,10 +66,11 @@ def error_of(x: Proxy, y: Proxy) -> float:
     return SEARCH_ERROR if rule_of(type(x), type(y)).exactness == ITERATIVE else DIRECT_ERROR
 
 
-def signed(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
+def signed(x: Proxy, y: Proxy, wanted: Bools, *, above: bool = True) -> tuple[Array, Array]:
     """Signed distances from below and above, for the rows of a batch that are wanted; 0 for the others.
 
-    The two differ only for unions that overlap.
+    The two differ only for unions that overlap; for large batches of these the one from above is not looked for where
+    nobody asks for it, and told to be that from below.
     """
     if (
         isinstance(x, Point) and isinstance(y, Capsule | Segment) and np.array_equal(y.p, y.q)
@@ -80,7 +83,9 @@ def signed(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
         return sigma, sigma
     low, high = np.zeros(len(wanted)), np.zeros(len(wanted))
     rows = np.flatnonzero(wanted)
-    if rows.size:
+    if rows.size > ALONE and not above:
+        low[rows] = high[rows] = distance(x[rows], y[rows]).distance
+    elif rows.size:
         low[rows], high[rows] = _recalled(x[rows], y[rows])
     return low, high
 

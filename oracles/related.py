@@ -16,8 +16,8 @@ from oracles.motion import Motion
 from oracles.promises import Bounds, Used, bounds_of, used
 from oracles.rules import Rules
 from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, size_of
+from oracles.world import World, world_of
 from refimpl.linear import Array, Bools, norm
-from refimpl.pairs import TABLE
 from refimpl.shapes import Proxy, Ray
 
 EQUAL, GROWN, OTHER = "equal", "grown", "other"
@@ -60,6 +60,16 @@ class Asked:
     def size(self) -> Array:
         """Largest number of each scene, or largest velocity."""
         return size_of(self.a, self.b, self.motion)
+
+    @property
+    def world(self) -> World:
+        """The world of both proxies."""
+        return world_of(self.b)
+
+    @cached_property
+    def seen(self) -> Answers:
+        """The answers with the vectors of that world."""
+        return self.world.cut(self.answers)
 
     @property
     def times(self) -> Array:
@@ -145,7 +155,7 @@ class Image:
     def in_table_order(self) -> Image:
         """The same with its sides exchanged, where only that is a cell of the table."""
         pair = self.cell.type_a, self.cell.type_b
-        if pair in TABLE or self.motion is not None:
+        if pair in world_of(self.b).table or self.motion is not None:
             return self
         flipped, carry = Cell(self.cell.query, *pair[::-1]), self.carry
         return replace(

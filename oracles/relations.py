@@ -40,8 +40,8 @@ from oracles.related import Asked, Difference, Image, difference
 from oracles.relation import RELATIONS, Relation
 from oracles.scene import CONTACTS, DISTANCE, IMPACT, RAYCAST, SWEEP, Cell, Scene, packed_rows
 from oracles.words import said_of, severity_of
+from oracles.world import world_of
 from refimpl.linear import Array, Bools
-from refimpl.pairs import TABLE
 from refimpl.shapes import Proxy
 
 __all__ = ["RELATIONS", "Relation", "Relations", "question", "relate"]
@@ -264,7 +264,7 @@ def _finding(bench: Bench, pair: _Pair, i: int, symptom: str) -> Finding:
     verdicts = [bench.judges.convict(scene, of) for scene, of in zip(scenes, answers, strict=True)]
     for scene, of, verdict in zip(scenes, answers, verdicts, strict=True):
         guilty = verdict.kind in FINDINGS and (verdict.kind is not Kind.WRONG or _explains(pair, i, verdict.symptom))
-        if guilty and (type(scene.a), type(scene.b)) in TABLE:
+        if guilty and (type(scene.a), type(scene.b)) in world_of(scene.b).table:
             return finding_of(name, scene, of, verdict)
     told = said_by(scenes[0], answers[0]), said_by(scenes[1], answers[1])
     verdict = _verdict(pair, i, symptom, verdicts, told)

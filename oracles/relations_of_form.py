@@ -7,20 +7,22 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from oracles.growth import CORNERS, grown, growth
-from oracles.images import refined, refined_surface, rewritten
+from oracles.images import rewritten
 from oracles.motion import Motion
 from oracles.promises import Bounds
 from oracles.reference import UNIONS
+from oracles.refinements import refined, refined_surface
 from oracles.related import GROWN, Asked, Carried, Image, image_of
 from oracles.relation import FORM, exactly, relation
 from oracles.scene import RAYCAST
 from oracles.sweep_images import no_later
+from oracles.world import is_flat, world_of
+from refimpl.flat import ConvexPolygon, Disc, FlatPoint, Rectangle, Segment
 from refimpl.linear import power_of_two
 from refimpl.shapes import (
     AABB,
     KDOP,
     Box,
-    Capsule,
     Composite,
     ConvexPolyhedron,
     Point,
@@ -91,18 +93,21 @@ def as_ellipsoid(asked: Asked) -> Iterator[Image]:
 
 
 def _capsule(shape: Proxy) -> Carried | None:
-    if isinstance(shape, Sphere):
-        return exactly(Capsule(shape.center, shape.center, shape.radius))
-    return exactly(Capsule(shape.position, shape.position, np.zeros(len(shape)))) if isinstance(shape, Point) else None
+    rounded = world_of(shape).rounded
+    if isinstance(shape, Sphere | Disc):
+        return exactly(rounded(shape.center, shape.center, shape.radius))
+    return exactly(rounded(shape.position, shape.position, np.zeros(len(shape)))) if isinstance(shape, Point) else None
 
 
-@relation("writing a sphere or point as a capsule", FORM)
+@relation("writing a ball, disc or point as a capsule", FORM)
 def as_capsule(asked: Asked) -> Iterator[Image]:
     """A capsule of length 0 is a ball, of radius 0 too a point: axes that vanish divide by zero."""
     yield from _replaced(asked, _capsule)
 
 
 def _box(shape: Proxy) -> Carried | None:
+    if isinstance(shape, FlatPoint):
+        return exactly(Rectangle(shape.position, shape.position))
     if isinstance(shape, Point):
         upright = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(shape), 4))
         return exactly(Box(shape.position, np.zeros((len(shape), 3)), upright))
@@ -116,15 +121,19 @@ def as_box(asked: Asked) -> Iterator[Image]:
 
 
 def _slabs(shape: Proxy) -> Carried | None:
+    if isinstance(shape, Rectangle):
+        sides = np.broadcast_to(np.concatenate([np.eye(2), -np.eye(2)]), (len(shape), 4, 2))
+        offsets = np.concatenate([-shape.upper, shape.lower], axis=1)
+        return exactly(ConvexPolygon(np.concatenate([sides, offsets[:, :, None]], axis=-1)))
     if not isinstance(shape, AABB):
         return None
     directions = np.broadcast_to(np.eye(3), (len(shape), 3, 3))
     return exactly(KDOP(directions, shape.lower, shape.upper))
 
 
-@relation("writing an AABB as a k-DOP", FORM)
+@relation("writing an AABB or rectangle as slabs", FORM)
 def as_kdop(asked: Asked) -> Iterator[Image]:
-    """An AABB is the k-DOP of three slabs along the axes."""
+    """An AABB is the k-DOP of three slabs along the axes, a rectangle the polygon of two."""
     yield from _replaced(asked, _slabs)
 
 
@@ -135,6 +144,11 @@ def _hull(shape: Proxy) -> Carried | None:
     if isinstance(shape, AABB):
         corners = np.where(CORNERS > 0, shape.upper[:, None, :], shape.lower[:, None, :])
         return exactly(ConvexPolyhedron.from_vertices(corners))
+    if isinstance(shape, Rectangle):
+        return exactly(shape.to_polygon())
+    if isinstance(shape, Segment):
+        bare = shape.radius == 0
+        return ConvexPolygon.from_vertices(np.stack([shape.p, shape.q], axis=1)), np.where(bare, 0.0, np.inf)
     if isinstance(shape, KDOP):
         normals = np.concatenate([shape.directions, -shape.directions], axis=1)
         offsets = np.concatenate([-shape.upper, shape.lower], axis=1)
@@ -142,16 +156,21 @@ def _hull(shape: Proxy) -> Carried | None:
     return None
 
 
-@relation("writing a box or k-DOP as a hull", FORM)
+@relation("writing a box, k-DOP, rectangle or segment as a hull", FORM)
 def as_hull(asked: Asked) -> Iterator[Image]:
-    """Boxes are hulls of eight corners, k-DOPs of planes: special cases against the general algorithm."""
+    """Boxes are hulls of eight corners, k-DOPs of planes, segments of two points: special cases against the general."""
     yield from _replaced(asked, _hull)
 
 
 @relation("writing a proxy as a composite of itself", FORM)
 def as_composite(asked: Asked) -> Iterator[Image]:
     """A union of one part is that part: the way through compounds and their frames must change nothing."""
-    yield from _replaced(asked, lambda s: None if isinstance(s, UNIONS) or not s.is_solid else exactly(Composite([s])))
+    yield from _replaced(asked, lambda s: None if not s.is_solid or _alone(s) else exactly(Composite([s])))
+
+
+def _alone(shape: Proxy) -> bool:
+    """Whether a proxy is a union, or of the plane, which has none."""
+    return isinstance(shape, UNIONS) or is_flat(shape)
 
 
 @relation("growing a proxy", contradiction="growing a proxy moves it away")

@@ -15,8 +15,9 @@ from oracles.related import OTHER, Asked, Carried, Image, image_of
 from oracles.relation import ELSEWHERE, exactly, relation
 from oracles.scene import DISTANCE, RAYCAST
 from refimpl.linear import norm
-from refimpl.shapes import Point, Proxy, Ray
+from refimpl.shapes import Point, Proxy
 
+AHEAD = np.array([1.0, 0.0, 0.0])
 HALVES = "splitting a motion in two"
 
 
@@ -66,7 +67,7 @@ def flight(asked: Asked) -> Iterator[Image]:
     way = course.a.linear - course.b.linear
     known = ~course.turns & (norm(way) > 0)
     error = np.where(known, norm(sum_error(course.a.linear, -course.b.linear)), np.inf)
-    ray = Ray(asked.a.position, np.where(known[:, None], way, np.array([1.0, 0.0, 0.0])))
+    ray = asked.world.ray(asked.a.position, asked.world.vectors(np.where(known[:, None], way, AHEAD)))
 
     def carry(side: int, shape: Proxy) -> Carried:
         return (ray, error) if side == 0 else exactly(shape)

@@ -8,21 +8,14 @@ import numpy as np
 
 from oracles.claims import past
 from oracles.engine import Convention, Status
-from oracles.images import moved
+from oracles.images import has_slabs, moved
 from oracles.promises import Bounds
 from oracles.reference import UNIONS
 from oracles.related import OTHER, Asked, Carried, Image, image_of
 from oracles.relation import ELSEWHERE, exactly, relation, unchanged
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, Cell
 from refimpl.linear import Array, largest, norm, scale
-from refimpl.shapes import (
-    KDOP,
-    Capsule,
-    HalfSpace,
-    Point,
-    Proxy,
-    Ray,
-)
+from refimpl.shapes import HalfSpace, Point, Proxy, Ray
 
 ROUND = 2.0**-50
 """Rounding of a point of a ray, relative to the numbers it is the sum of."""
@@ -61,7 +54,7 @@ def segment(asked: Asked) -> Iterator[Image]:
     usable = largest(end) < 1e150
     end = np.where(usable[:, None], end, ray.origin)
     error = np.where(usable, ROUND * (largest(ray.origin) + largest(end)), np.inf)
-    yield _beside(asked, 1, Capsule(ray.origin, end, np.zeros(len(end))), error, asked.bounds)
+    yield _beside(asked, 1, asked.world.rounded(ray.origin, end, np.zeros(len(end))), error, asked.bounds)
 
 
 @relation("asking for the distance of a ray's hit point", ELSEWHERE, "a ray's hit point is off the proxy")
@@ -77,20 +70,20 @@ def arrival(asked: Asked) -> Iterator[Image]:
     point = np.where(named[:, None], point, ray.origin)
     error = np.where(named, ROUND * (largest(ray.origin) + largest(point)), np.inf)
     on_surface = (norm(point - ray.origin) > room + error) & (not isinstance(asked.b, UNIONS))
-    yield _beside(asked, 1, Point(point), error, Bounds(np.where(on_surface, -room, -np.inf), room))
+    yield _beside(asked, 1, asked.world.point(point), error, Bounds(np.where(on_surface, -room, -np.inf), room))
 
 
 @relation("asking for the distance of a witness", ELSEWHERE, "a witness is off its proxy by its own distance")
 def witnesses(asked: Asked) -> Iterator[Image]:
     """Witness points belong to their proxies: the engine's own distance of each is not positive."""
-    answers = asked.answers
+    answers = asked.seen
     if asked.motion is not None or asked.cell.query not in (DISTANCE, CONTACTS):
         return
     for side, (shape, witness) in enumerate(zip(asked.sides, (answers.on_a, answers.on_b), strict=True)):
         said = (answers.status == Status.ANSWERED) & (largest(witness) < 1e150)
         if isinstance(shape, Point) or not said.any():
             continue
-        point = Point(np.where(said[:, None], witness, 0.0))
+        point = asked.world.point(np.where(said[:, None], witness, 0.0))
         nothing = np.full(len(asked), -np.inf)
         error = np.where(said, 0.0, np.inf)
         yield _beside(asked, side, point, error, Bounds(nothing, asked.room("witness")))
@@ -99,7 +92,7 @@ def witnesses(asked: Asked) -> Iterator[Image]:
 @relation("moving B back along the normal", contradiction="moved by its normal and distance, the pair does not touch")
 def normals(asked: Asked) -> Iterator[Image]:
     """A normal with its distance is a promise: B moved back by them touches A, by the engine's own distance."""
-    answers, query = asked.answers, asked.cell.query
+    answers, query = asked.seen, asked.cell.query
     conventions = asked.engine.conventions(query, asked.cell.type_a, asked.cell.type_b)
     if asked.motion is not None or query not in (DISTANCE, CONTACTS) or Convention.OF_ONE_TRIANGLE in conventions:
         return
@@ -112,7 +105,7 @@ def normals(asked: Asked) -> Iterator[Image]:
     if not said.any():
         return
     move = np.where(said[:, None], -scale(np.where(said, answers.distance, 0.0), answers.normal), 0.0)
-    first_moves = isinstance(asked.b, KDOP)
+    first_moves = has_slabs(asked.b)
     room = asked.room("value")
 
     def carry(side: int, shape: Proxy) -> Carried:

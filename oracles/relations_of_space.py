@@ -8,17 +8,14 @@ import numpy as np
 
 from oracles import impact_images, sweep_images
 from oracles.course import Course
-from oracles.images import MIRRORED, QUARTER, TURNED, Axes, moved
+from oracles.images import MIRRORED, QUARTER, TURNED, Axes, has_slabs, moved
 from oracles.motion import Motion
 from oracles.related import Asked, Carried, Image, image_of
 from oracles.relation import MOTION, SIZE, exactly, relation, unchanged
 from oracles.scene import RAYCAST
+from oracles.world import PLANE
 from refimpl.linear import power_of_two, scale
-from refimpl.shapes import (
-    KDOP,
-    Composite,
-    Proxy,
-)
+from refimpl.shapes import Proxy
 
 FAR = np.array([4.0, -8.0, 2.0])
 ALONG = np.array([0.0, 8.0, 0.0])
@@ -42,6 +39,8 @@ def swapped(asked: Asked) -> Iterator[Image]:
 
 
 def _by_axes(asked: Asked, axes: Axes) -> Iterator[Image]:
+    if asked.world is PLANE and not axes.keeps_the_plane:
+        return
     if isinstance(asked.motion, Motion):
         yield impact_images.by_axes(asked, axes)
     elif isinstance(asked.motion, Course):
@@ -74,10 +73,9 @@ def translated(asked: Asked) -> Iterator[Image]:
     size = np.maximum(asked.a.magnitude, asked.b.magnitude)
     step = np.ldexp(1.0, power_of_two(np.maximum(size, np.finfo(float).tiny)))
     if isinstance(asked.motion, Motion):
-        yield impact_images.elsewhere(asked, scale(step, FAR))
+        yield impact_images.elsewhere(asked, scale(step, asked.world.level(FAR)))
         return
-    slabs = any(isinstance(side, KDOP) or _has_slabs(side) for side in asked.sides)
-    offset = scale(step, ALONG if slabs else FAR)
+    offset = scale(step, asked.world.level(ALONG if any(map(has_slabs, asked.sides)) else FAR))
     if isinstance(asked.motion, Course):
         yield sweep_images.elsewhere(asked, offset)
         return
@@ -87,10 +85,6 @@ def translated(asked: Asked) -> Iterator[Image]:
         return found.shape, found.error
 
     yield image_of(asked, carry)
-
-
-def _has_slabs(shape: Proxy) -> bool:
-    return isinstance(shape, Composite) and any(isinstance(part, KDOP) or _has_slabs(part) for part in shape.parts)
 
 
 def _by_size(asked: Asked, factor: float) -> Iterator[Image]:
@@ -128,7 +122,7 @@ def moving_along(asked: Asked) -> Iterator[Image]:
         yield impact_images.seen_from_a_train(asked)
     if isinstance(asked.motion, Course):
         step = np.ldexp(1.0, power_of_two(np.maximum(asked.size, np.finfo(float).tiny)))
-        yield sweep_images.moving_along(asked, scale(step, TRAIN))
+        yield sweep_images.moving_along(asked, scale(step, asked.world.level(TRAIN)))
 
 
 @relation("making both bodies heavier")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -76,10 +77,13 @@ class Scene:
     source: str = ""
     motion: Motion | Course | None = None
 
-    @property
+    @cached_property
     def rows(self) -> tuple[Array, Array]:
-        """Numbers of both sides, as engines get them: those of the motion stand behind A's."""
-        return packed_rows(self.a, self.b, self.motion)
+        """Numbers of both sides, as engines get them, not to be written to: those of the motion stand behind A's."""
+        rows = packed_rows(self.a, self.b, self.motion)
+        for numbers in rows:
+            numbers.flags.writeable = False
+        return rows
 
     @property
     def id(self) -> str:
@@ -94,7 +98,7 @@ class Scene:
         """The cell to which it belongs."""
         return Cell(self.query, type(self.a), type(self.b))
 
-    @property
+    @cached_property
     def size(self) -> float:
         """Largest absolute coordinate, extent or way in the scene; of an impact the largest velocity."""
         return float(size_of(self.a, self.b, self.motion))

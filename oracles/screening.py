@@ -226,6 +226,8 @@ def _effectively(
     The shapes are made for the whole batch, so that other queries and engines find them, and what is known of them;
     but few rays that are wrong are taken alone, since no other query asks about their targets.
     """
+    if not ours.counting.any():
+        return ours, True  # what is broken by convention needs no excuse
     few = FEW * wrong.size < len(nominal.a)
     rows = nominal.take(wrong) if few and cell.query == RAYCAST else nominal
     effective = rules.effectively(cell, rows)

@@ -2,17 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
+import numpy as np
 from hypothesis import strategies as st
 
-from oracles.draws import HypothesisDraws
 from oracles.engine import Engine
 from oracles.impact_regimes import impact_regimes_for
 from oracles.recipes import regimes_of
 from oracles.regimes import is_drawn, regimes_for
 from oracles.scene import IMPACT, SWEEP, Cell, Scene
 from oracles.sweep_regimes import SWEEP_REGIMES
+from refimpl.linear import Array
+
+
+class HypothesisDraws:
+    """Numbers of one scene, drawn and shrunk by Hypothesis."""
+
+    n = 1
+    about = ""
+
+    def __init__(self, draw: Callable[[st.SearchStrategy[Any]], Any]) -> None:
+        self._draw = draw
+
+    def _fill(self, strategy: st.SearchStrategy[float], width: int) -> Array:
+        count = max(width, 1)
+        values = np.array([self._draw(strategy) for _ in range(count)], dtype=np.float64)
+        return values.reshape((1, width) if width else (1,))
+
+    def uniform(self, low: float, high: float, width: int = 0) -> Array:
+        """Numbers between `low` and `high`; simple ones first."""
+        return self._fill(st.floats(low, high, allow_subnormal=False), width)
+
+    def choice(self, values: Sequence[float], width: int = 0) -> Array:
+        """Numbers out of `values`; the first is the simplest."""
+        return self._fill(st.sampled_from([float(v) for v in values]), width)
 
 
 @st.composite

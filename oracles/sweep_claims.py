@@ -124,7 +124,7 @@ class SweptRows(Questioned):
     def unusable(self) -> Bools:
         """Rows in which the engine owes a number and gave none, or gave one that no scene can have."""
         answers, hit = self.answers, self.answers.hit == 1
-        bad = np.isnan(answers.hit) | (hit & ~((answers.t >= 0) & (answers.t < LARGEST)))
+        bad = self.neither | (hit & ~((answers.t >= 0) & (answers.t < LARGEST)))
         for vector in (answers.normal, answers.point):
             bad |= hit & (np.abs(vector) > LARGEST).any(axis=-1)
         return np.asarray(self.answered & bad)

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from pathlib import Path
 from threading import Lock, Thread
 from typing import ClassVar
 
@@ -29,7 +30,7 @@ from oracles.ledger.replay import Replayed, replay
 from oracles.ledger.studies import CaseWitness, CrowdWitness
 from oracles.ledger.witness import AnyWitness, Witness
 from oracles.library import using
-from oracles.outcome import Finding, Kind, Outcome, Verdict
+from oracles.outcome import ID_DIGITS, Finding, Kind, Outcome, Verdict
 from oracles.relating import relating
 from oracles.scene import Cell
 from oracles.shrink import shrink_all
@@ -97,9 +98,12 @@ class HuntTask(Task):
 
     def do(self, shop: Workshop) -> Outcome:
         """Search, shrink and prove."""
-        setup = shop.setup
-        bench = shop.bench(self.engine)
-        return hunting(bench, self.cell, seed=setup.seed + self.number, examples=setup.examples)
+        setup, words = shop.setup, (self.engine, self.cell.query, self.cell.pair)
+        own = sha256(" ".join(words).encode()).hexdigest()[:ID_DIGITS]  # an engine's name may lead anywhere
+        kept = None if setup.database is None else Path(setup.database) / own
+        return hunting(
+            shop.bench(self.engine), self.cell, seed=setup.seed + self.number, examples=setup.examples, database=kept
+        )
 
 
 @dataclass(frozen=True)

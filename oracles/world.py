@@ -17,7 +17,7 @@ from refimpl.flat.pairs import PROBES as FLAT_PROBES
 from refimpl.flat.pairs import SOLIDS as FLAT_SOLIDS
 from refimpl.linear import Array, dot, norm, scale
 from refimpl.pairs import PROBES, SOLIDS, TABLE, Rule
-from refimpl.shapes import Capsule, HalfSpace, Point, Proxy
+from refimpl.shapes import Capsule, HalfSpace, Point, Proxy, Ray
 
 if TYPE_CHECKING:
     from oracles.engine import Answers
@@ -39,8 +39,8 @@ class World:
         Pairs of types.
     probes, solids
         Types, in the order of the table.
-    point
-        The type of that name.
+    point, ray
+        The types of these names.
     rounded : (p, q, radius) → proxy
         Everything within `radius` of a segment; where its ends are one, a ball or disc, or a point.
     beyond : (at, outward, half) → proxy
@@ -53,6 +53,7 @@ class World:
     probes: tuple[Kind, ...]
     solids: tuple[Kind, ...]
     point: Callable[[Array], Proxy]
+    ray: Callable[[Array, Array], Proxy]
     rounded: Callable[[Array, Array, Array], Proxy]
     beyond: Callable[[Array, Array, Array], Proxy]
 
@@ -64,6 +65,10 @@ class World:
     def vectors(self, vectors: Array) -> Array:
         """Vectors of space as such of this world."""
         return vectors[..., : self.axes]
+
+    def level(self, vectors: Array) -> Array:
+        """What of vectors of space lies in this world, with three numbers."""
+        return self.fill(self.vectors(vectors))
 
     def cut(self, answers: Answers) -> Answers:
         """Answers with the vectors of this world; one that leaves the plane has no end, which none has."""
@@ -97,8 +102,8 @@ def _square(at: Array, outward: Array, half: Array) -> flat.ConvexPolygon:
     return flat.ConvexPolygon.from_vertices(np.stack(corners, axis=1))
 
 
-SPACE = World(3, TABLE, PROBES, SOLIDS, Point, Capsule, _all_beyond)
-PLANE = World(2, flat.table(), FLAT_PROBES, FLAT_SOLIDS, flat.FlatPoint, flat.Segment, _square)
+SPACE = World(3, TABLE, PROBES, SOLIDS, Point, Ray, Capsule, _all_beyond)
+PLANE = World(2, flat.table(), FLAT_PROBES, FLAT_SOLIDS, flat.FlatPoint, flat.FlatRay, flat.Segment, _square)
 WORLDS = (SPACE, PLANE)
 
 

@@ -22,6 +22,8 @@ from typing import Any
 
 import numpy as np
 
+from refimpl.once import compiled_once
+
 COMPILED = "refimpl._compiled_kernels"
 WORTH_COMPILING = 256
 """Rows of a batch from which compiling pays, even when it has to be done first."""
@@ -70,7 +72,8 @@ def _compiled_package() -> str | None:
     before = config.CACHE_DIR
     try:
         # numba looks only at a kernel's own file to tell whether its cache is stale, not at those that it calls
-        config.CACHE_DIR = str(_cache_folder(sources, numba.__version__))
+        kept = _cache_folder(sources, numba.__version__)
+        config.CACHE_DIR = str(kept)
         spec = importlib.util.spec_from_file_location(
             COMPILED, sources / "__init__.py", submodule_search_locations=[str(sources)]
         )
@@ -80,7 +83,10 @@ def _compiled_package() -> str | None:
         sys.modules[COMPILED] = package
         spec.loader.exec_module(package)
         for source in sorted(sources.glob("[!_]*.py")):
-            importlib.import_module(f"{COMPILED}.{source.stem}")
+            module = importlib.import_module(f"{COMPILED}.{source.stem}")
+            for kernel in vars(module).values():
+                if hasattr(kernel, "py_func") and kernel.__module__ == module.__name__:
+                    compiled_once(kernel, kept)
     finally:
         config.CACHE_DIR = before
     return COMPILED

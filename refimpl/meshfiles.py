@@ -7,6 +7,7 @@ bound anything.
 from __future__ import annotations
 
 import io
+import re
 import stat
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,12 @@ from refimpl.repairs import Mesh
 FORMATS = ("obj", "off", "ply", "stl")
 NO_FACES = "holds no triangle"
 """What is said of a file of nothing or of points."""
+
+
+MOST_CORNERS = 2**24
+"""Corners of faces that a file may have room for: each may become a triangle, of far more bytes than it takes there."""
+LONGEST_HEAD = 2**16
+"""Bytes within which the head of a PLY file has to end."""
 
 
 class FileError(ShapeError):
@@ -70,6 +77,8 @@ def geometries(data: bytes, form: str, *, split: bool = False) -> list[Any]:
         import trimesh  # noqa: PLC0415  an extra, and slow to import
     except ImportError:
         raise FileError("cannot be read: trimesh is not installed; pip install 'proxyproof[meshes]'") from None
+    if _room_for_corners(data, form) > MOST_CORNERS:
+        raise FileError("is too large: few bytes may say many faces, and it has room for millions")
     # no resolver and no materials: whatever the file refers to is not opened
     options: dict[str, Any] = {}
     if form == "obj":
@@ -81,10 +90,32 @@ def geometries(data: bytes, form: str, *, split: bool = False) -> list[Any]:
         raise FileError(f"is broken: {type(error).__name__}: {str(error)[:200]}") from None
 
 
+def _room_for_corners(data: bytes, form: str) -> int:
+    """How many corners of faces a file's content may hold: words of text, or what fits into its bytes."""
+    if form == "ply":
+        head, _, rest = data[:LONGEST_HEAD].partition(b"end_header")
+        if not rest:
+            raise FileError(f"is broken: its head does not end within {LONGEST_HEAD} bytes")
+        if b"binary" in head:
+            lists = re.findall(rb"property\s+list\s+\w+\s+(\w+)", head)
+            return len(data) // min((SIZES.get(sort, 4) for sort in lists), default=4)
+    if form == "stl" and _is_binary_stl(data):
+        return 0
+    blank = np.frombuffer(data, np.uint8) <= ord(" ")
+    return int(np.count_nonzero(blank[:-1] & ~blank[1:])) + 1
+
+
+SIZES = {b"char": 1, b"uchar": 1, b"int8": 1, b"uint8": 1, b"short": 2, b"ushort": 2, b"int16": 2, b"uint16": 2}
+"""Bytes of a PLY file's numbers, where these are fewer than 4."""
+
+
+def _is_binary_stl(data: bytes) -> bool:
+    return len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+
+
 def _text_in_utf8(data: bytes, form: str) -> bytes:
     """Text of any encoding with whatever is not UTF-8, in comments and names, replaced; binary data as it is."""
-    count = int.from_bytes(data[80:84], "little")
-    if form == "ply" or (form == "stl" and len(data) == 84 + 50 * count):
+    if form == "ply" or (form == "stl" and _is_binary_stl(data)):
         return data
     return data.decode("utf-8", errors="replace").encode()
 

@@ -240,7 +240,7 @@ def _chunks(x: P, y: Proxy, whole: bool) -> Iterator[tuple[P, Proxy, Array]]:
     pieces = max(-(-rows // CHUNK), 1)
     ends = [rows * i // pieces for i in range(pieces + 1)]
     for start, end in pairwise(ends):
-        u, v = x[start:end], y[start:end]
+        u, v = (x, y) if pieces == 1 else (x[start:end], y[start:end])
         exponent = power_of_two(np.maximum(u.magnitude, v.magnitude))
         yield u.times_power(-exponent), v.times_power(-exponent), exponent
 

@@ -105,14 +105,14 @@ class Record:
         layout = _layout(type(self))
         tails = [c.shape[c.ndim - len(t) :] for c, (_, t) in zip(columns, layout, strict=True)]
         batches = [c.shape[: c.ndim - len(t)] for c, (_, t) in zip(columns, layout, strict=True)]
-        try:
-            batch = np.broadcast_shapes(*batches)
+        try:  # numpy takes longer over broadcasting than over the rest, and most have their shape already
+            batch = batches[0] if all(b == batches[0] for b in batches) else np.broadcast_shapes(*batches)
         except ValueError:
             named = ", ".join(f"{self._label(n)} {b}" for (n, _), b in zip(layout, batches, strict=True))
             raise ShapeError(f"{type(self).__name__}: batch shapes do not broadcast: {named}") from None
         for (name, _), tail, column in zip(layout, tails, columns, strict=True):
             shape = (*batch, *tail)
-            full = column.view() if shape and column.shape == shape else np.broadcast_to(column, shape)
+            full = np.asarray(column).view() if column.shape == shape else np.broadcast_to(column, shape)
             full.flags.writeable = False
             object.__setattr__(self, name, full)
 
@@ -134,8 +134,9 @@ class Record:
     @property
     def batch_shape(self) -> tuple[int, ...]:
         """Leading axes shared by all fields; ``()`` for a single record."""
-        value, ends = self._columns()[0]
-        return value.shape[: value.ndim - ends]
+        name, tail = _layout(type(self))[0]
+        shape: tuple[int, ...] = getattr(self, name).shape
+        return shape[: len(shape) - len(tail)]
 
     def __getitem__(self, index: Any) -> Self:
         """Records at `index` of the batch axes."""
@@ -147,12 +148,16 @@ class Record:
 
     def broadcast_to(self, batch: tuple[int, ...]) -> Self:
         """Repeat along new batch axes, without copying."""
+        if batch == self.batch_shape:
+            return self
         return self._mapped(
             lambda value, ends: np.broadcast_to(value, (*batch, *value.shape[value.ndim - ends :])),
         )
 
     def flattened(self) -> Self:
         """Give the same records with one batch axis; what all of them share is not copied."""
+        if len(self.batch_shape) == 1:
+            return self
         count = int(np.prod(self.batch_shape, dtype=int))
 
         def flat(value: Array, ends: int) -> Array:
@@ -205,8 +210,9 @@ class Record:
     def pack(self) -> Array:
         """All fields side by side, in the constructor's order, after the sizes; shape (..., width)."""
         batch = self.batch_shape
-        parts = [np.broadcast_to(np.array(self.sizes, dtype=np.float64), (*batch, len(self.sizes)))]
-        for (value, _), tail in zip(self._columns(), type(self)._tails(self.sizes), strict=True):
+        sizes = self.sizes
+        parts = [np.broadcast_to(np.array(sizes, dtype=np.float64), (*batch, len(sizes)))] if sizes else []
+        for (value, _), tail in zip(self._columns(), type(self)._tails(sizes), strict=True):
             parts.append(value.reshape((*batch, count_of(tail))))
         return np.concatenate(parts, axis=-1)
 

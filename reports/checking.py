@@ -112,13 +112,15 @@ def checked(data: dict[str, Any]) -> Checked:
 def _proven(verdict: Verdict, scene: Scene) -> Proof:
     """What the certificate proves, in words; its own bounds, where they are tighter than those of the finding."""
     from oracles.records import proven_interval  # noqa: PLC0415
+    from oracles.world import is_flat  # noqa: PLC0415
     from refimpl.proof.certify import round_down, round_up  # noqa: PLC0415
     from reports.findings import interval  # noqa: PLC0415
     from reports.proofs import proof_view  # noqa: PLC0415
 
     assert verdict.certificate is not None
     lower, upper = proven_interval(verdict.certificate, scene, verdict.symptom)
-    return proof_view(verdict.certificate, interval(scene, round_down(lower), round_up(upper)))
+    said = interval(scene, round_down(lower), round_up(upper))
+    return proof_view(verdict.certificate, said, flat=is_flat(scene.b))
 
 
 def _tell_one(found: Checked, shown: Console) -> int:

@@ -13,6 +13,7 @@ from oracles.course import Course
 from oracles.motion import Motion
 from oracles.outcome import COMPARED, Bucket, Finding, Kind, Run, Verdict
 from oracles.scene import Scene
+from oracles.world import is_flat, world_of
 from refimpl import Ray
 from refimpl.proof.claims import Bound
 from refimpl.proof.impacts import ImpactCertificate
@@ -215,30 +216,32 @@ def interval(scene: Scene, lower: Bound, upper: Bound) -> str:
 def proxies(scene: Scene) -> tuple[tuple[str, str], ...]:
     """Both proxies of a scene, and how they move, where they do."""
     found = ("A", shapes.in_words(scene.a)), ("B", shapes.in_words(scene.b))
+    axes = world_of(scene.b).axes
     if scene.course is not None:
-        return (*found, *course_in_words(scene.course))
-    return found if scene.impact is None else (*found, *motion_in_words(scene.impact))
+        return (*found, *course_in_words(scene.course, axes))
+    return found if scene.impact is None else (*found, *motion_in_words(scene.impact, axes))
 
 
-def course_in_words(course: Course) -> Iterator[tuple[str, str]]:
-    """How the two move from t = 0 to 1, in full precision."""
+def course_in_words(course: Course, axes: int = 3) -> Iterator[tuple[str, str]]:
+    """How the two move from t = 0 to 1, in full precision; in the plane by two numbers."""
     for name, side in (("A", course.a), ("B", course.b)):
-        moves = [f"by {text.full(side.linear)}"] if side.linear.any() else []
+        moves = [f"by {text.full(side.linear[:axes])}"] if side.linear.any() else []
         if side.angular.any():
             axis, center = text.full(side.angular), text.full(side.center)
             moves.append(f"turning by {axis} (an axis times radians) about {center}, which moves along")
         yield f"{name} moves", ", ".join(moves) or "rests"
 
 
-def motion_in_words(motion: Motion) -> Iterator[tuple[str, str]]:
-    """How the two move and where they meet, in full precision."""
+def motion_in_words(motion: Motion, axes: int = 3) -> Iterator[tuple[str, str]]:
+    """How the two move and where they meet, in full precision; in the plane spins and inertias are single numbers."""
+    turning = slice(None) if axes == 3 else -1
     for name, body in (("A", motion.a), ("B", motion.b)):
-        moves = f"v = {text.full(body.velocity)}, ω = {text.full(body.angular_velocity)}"
+        moves = f"v = {text.full(body.velocity[:axes])}, ω = {text.full(body.angular_velocity[turning])}"
         if body.inverse_mass > 0:
-            mass, inertia = text.full(body.inverse_mass), text.full(body.inertia)
-            moves = f"1/m = {mass}, centre {text.full(body.position)}, {moves}, inertia {inertia}"
+            mass, inertia = text.full(body.inverse_mass), text.full(body.inertia[turning, turning])
+            moves = f"1/m = {mass}, centre {text.full(body.position[:axes])}, {moves}, inertia {inertia}"
         yield f"{name} moves", moves if body.inverse_mass > 0 else f"immovable, {moves}"
-    contact = f"at {text.full(motion.point)}, normal {text.full(motion.normal)}"
+    contact = f"at {text.full(motion.point[:axes])}, normal {text.full(motion.normal[:axes])}"
     yield "contact", f"{contact}, e = {text.full(motion.restitution)}, μ = {text.full(motion.friction)}"
 
 
@@ -266,7 +269,8 @@ def _proof(finding: Finding) -> Proof | None:
         return None
     verdict = finding.verdict
     about = verdict if isinstance(certificate, ImpactCertificate) else certificate
-    return proof_view(certificate, interval(_proven_on(finding), about.lower, about.upper))
+    scene = _proven_on(finding)
+    return proof_view(certificate, interval(scene, about.lower, about.upper), flat=is_flat(scene.b))
 
 
 def index(views: list[BucketView]) -> Table:

@@ -107,6 +107,8 @@ def fit(
     kinds = chosen_kinds(proxy or ())
     robot = Robot(link, shapes, root)
     name, solid = read(model, repair or (), scale, robot)
+    if repair:
+        name = f"{name} after {', '.join(repair)}"
     stem = "-".join([model.stem, *re.findall(r"[\w.]+", link)])
     folder = Path(f"{stem}-proxies") if out is None else out
     try:

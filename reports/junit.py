@@ -16,7 +16,7 @@ from oracles.outcome import COMPARED, FINDINGS, Bucket, EntryNote, Kind, Run, St
 from reports import broad_phase, text
 from reports.findings import BucketView
 from reports.surveys import said
-from reports.tables import UNSUPPORTED, CellKey, grouped, state_of, total
+from reports.tables import UNSUPPORTED, CellKey, grouped, state_of, time_split, total
 
 LONGEST = 20_000
 """Characters of the text below one case."""
@@ -99,8 +99,8 @@ def _whole(run: Run) -> Case:
     """Whether the run is whole."""
     lines = ["the run was interrupted"] * run.interrupted + run.problems
     if not lines:
-        return Case("proxyproof", "run is complete")
-    return Case("proxyproof", "run is complete", ERROR, "incomplete", lines[0], "\n".join(lines))
+        return Case("proxyproof", "run is complete", details=time_split(run))
+    return Case("proxyproof", "run is complete", ERROR, "incomplete", lines[0], "\n".join([*lines, time_split(run)]))
 
 
 def _cells(run: Run, views: Sequence[BucketView], engine: str) -> Iterable[Case]:

@@ -1,4 +1,7 @@
-"""Certificates as people read them: what each claim states, and what that proves."""
+"""Certificates as people read them: what each claim states, and what that proves.
+
+Those of the plane speak of its lines, and leave out the third coordinate, which is 0.
+"""
 
 from __future__ import annotations
 
@@ -51,37 +54,37 @@ class Proof:
     claims: tuple[str, ...]
 
 
-def proof_view(certificate: AnyCertificate, interval: str) -> Proof:
-    """Put a certificate into words."""
+def proof_view(certificate: AnyCertificate, interval: str, *, flat: bool = False) -> Proof:
+    """Put a certificate into words, those of the plane where it is `flat`."""
     if isinstance(certificate, ImpactCertificate):
         said = residuals_in_words(certificate.residuals)
     elif isinstance(certificate, SweepCertificate):
-        said = [_of_sweep(claim) for claim in certificate.claims[:MOST_CLAIMS]]
+        said = [_of_sweep(claim, flat) for claim in certificate.claims[:MOST_CLAIMS]]
         if more := len(certificate.claims) - len(said):
             said.append(f"And {text.plural(more, 'more claim')} of such kinds.")
     else:
-        said = [claim_in_words(claim) for claim in certificate.claims[:MOST_CLAIMS]]
+        said = [claim_in_words(claim, flat=flat) for claim in certificate.claims[:MOST_CLAIMS]]
         if more := len(certificate.claims) - len(said):
             said.append(f"And {text.plural(more, 'more claim')} of such kinds.")
     return Proof(interval, tuple(said))
 
 
-def _of_sweep(claim: object) -> str:
+def _of_sweep(claim: object, flat: bool) -> str:
     """Say what one claim about two bodies on their way states."""
     match claim:
         case Clear():
             end = "1: no contact from then on" if claim.until is None else f"{_v(claim.until)}: no contact yet"
-            said = f"Planes between the two leave a gap, which stays open until t = {end}."
+            said = f"{'Lines' if flat else 'Planes'} between the two leave a gap, which stays open until t = {end}."
         case Meets():
-            places = f"{_place(claim.a)} of A and {_place(claim.b)} of B, at the start,"
+            places = f"{_place(claim.a, flat)} of A and {_place(claim.b, flat)} of B, at the start,"
             said = f"{places} are in one place at t = {_v(claim.time)}: the contact is no later."
         case Spans():
             many = text.plural(len(claim.spans), "span")
             said = f"In {many} of time, planes between the two leave gaps at both ends that no turning closes between."
         case Touch():
-            said = f"At t = {_v(claim.time)}, where both then are: {claim_in_words(claim.claim)}"
+            said = f"At t = {_v(claim.time)}, where both then are: {claim_in_words(claim.claim, flat=flat)}"
         case _ if isinstance(claim, get_args(Claim)):
-            said = f"At the start: {claim_in_words(claim)}"
+            said = f"At the start: {claim_in_words(claim, flat=flat)}"
         case _:
             said = "Boxes around the parts bound how far any point of them moves by turning."
     return said
@@ -109,7 +112,7 @@ def residuals_in_words(residuals: Residuals) -> list[str]:
     return said
 
 
-def claim_in_words(claim: Claim) -> str:
+def claim_in_words(claim: Claim, *, flat: bool = False) -> str:
     """Say what one claim of a certificate states, and what that proves."""
     match claim:
         case Cover():
@@ -117,25 +120,28 @@ def claim_in_words(claim: Claim) -> str:
         case Part():
             return _sentence(
                 f"{_chosen(claim.of_a, 'A')} and {_chosen(claim.of_b, 'B')}, called A and B in what follows, bound the "
-                f"whole from above, since more parts only meet sooner. {_simple(claim.claim)}"
+                f"whole from above, since more parts only meet sooner. {_simple(claim.claim, flat)}"
             )
         case _:
-            return _simple(claim)
+            return _simple(claim, flat)
 
 
-def _simple(claim: Simple) -> str:
+def _simple(claim: Simple, flat: bool) -> str:
     match claim:
         case Separated() | Escape():
             shares = " Shares of a polytope's own planes show that they support it." if any(claim.faces) else ""
-            return _by_planes(claim) + shares
+            return _by_planes(claim, flat) + shares
         case Near():
-            said = f"{_place(claim.a)} lies in A and {_place(claim.b)} in B: no farther apart than these two."
+            said = (
+                f"{_place(claim.a, flat)} lies in A and {_place(claim.b, flat)} in B: no farther apart than these two."
+            )
         case Common(p=None):
             said = f"At t = {_v(claim.time)} the ray is inside the solid: the hit is no later."
         case Common(time=None):
-            said = f"{_place(claim.p)} lies in both: they intersect."
+            said = f"{_place(claim.p, flat)} lies in both: they intersect."
         case Common():
-            said = f"At t = {_v(claim.time)} the ray is inside the solid, at {_place(claim.p)}: the hit is no later."
+            where = _place(claim.p, flat)
+            said = f"At t = {_v(claim.time)} the ray is inside the solid, at {where}: the hit is no later."
         case Core():
             said = _core(claim)
         case Inscribed():
@@ -146,19 +152,23 @@ def _simple(claim: Simple) -> str:
     return _sentence(said)
 
 
-def _by_planes(claim: Separated | Escape) -> str:
-    n = _direction(claim.n)
+def _by_planes(claim: Separated | Escape, flat: bool) -> str:
+    n, plane = _direction(claim.n, flat), "line" if flat else "plane"
     if isinstance(claim, Escape):
-        return f"Moving B along {n} until the supporting planes meet separates the interiors: no deeper than that."
+        return f"Moving B along {n} until the supporting {plane}s meet separates the interiors: no deeper than that."
     if claim.until is None:
-        return f"Planes with normal {n} support A and B and leave a gap between them: at least that far apart."
-    said = f"Up to t = {_v(claim.until)}, a plane with normal {n} keeps the ray away from the solid"
+        both = f"{plane.capitalize()}s with normal {n} support A and B"
+        return f"{both} and leave a gap between them: at least that far apart."
+    said = f"Up to t = {_v(claim.until)}, a {plane} with normal {n} keeps the ray away from the solid"
     return f"{said}: no hit before."
 
 
 def _core(claim: Core) -> str:
     if claim.directions:
         return "Directions in which A and B go on for ever surround the origin: the overlap has no end."
+    if len(claim.pairs) > 1 and not claim.triangles:
+        count = text.plural(len(claim.pairs), "corner")
+        return f"Differences of points of A and B span a polygon of {count} around the origin: at least that deep."
     if not claim.triangles:
         return "A point of A's axis or centre and one of B's are nearer than the radii reach: at least that deep."
     count = text.plural(len(claim.triangles), "triangle")
@@ -200,10 +210,10 @@ def _leaves(tree: Tree) -> int:
     return count
 
 
-def _place(place: Place | None) -> str:
+def _place(place: Place | None, flat: bool = False) -> str:
     """Coordinates of a point, or the vertices whose weighted mean it is."""
     if not place or not isinstance(place[0], tuple):
-        return _v(place)
+        return _v(place[:2] if place and flat else place)
     numbers = list(map(str, sorted(entry[0] for entry in place if isinstance(entry, tuple))))
     if len(numbers) == 1:
         return f"vertex {numbers[0]}"
@@ -211,12 +221,13 @@ def _place(place: Place | None) -> str:
     return f"a mean of {named if len(numbers) <= MOST_VERTICES else text.plural(len(numbers), 'vertex', 'vertices')}"
 
 
-def _direction(n: Vector) -> str:
+def _direction(n: Vector, flat: bool = False) -> str:
     """A direction as it is, or where its numbers are too long to be read, of length 1 and rounded."""
-    if all(isinstance(x, float) or len(_v(x)) <= LONGEST_NUMBER for x in n):
-        return _v(n)
-    largest = max(abs(Fraction(x)) for x in n)
-    scaled = [float(Fraction(x) / largest) for x in n]
+    numbers = n[:2] if flat else n
+    if all(isinstance(x, float) or len(_v(x)) <= LONGEST_NUMBER for x in numbers):
+        return _v(numbers)
+    largest = max(abs(Fraction(x)) for x in numbers)
+    scaled = [float(Fraction(x) / largest) for x in numbers]
     length = math.hypot(*scaled)
     return f"about ({', '.join(f'{x / length:.6g}' for x in scaled)})"
 

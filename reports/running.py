@@ -81,6 +81,15 @@ def run(
             help=f"Scenes that each attack of Hypothesis generates. Default: {EXAMPLES}.",
         ),
     ] = None,
+    database: Annotated[
+        Path | None,
+        typer.Option(
+            parser=options.place("--database"),
+            metavar="DIR",
+            help="Folder in which Hypothesis keeps what fails, to try it first the next time. Default: none; the seed "
+            "says it all.",
+        ),
+    ] = None,
     ledger: Annotated[
         list[Path] | None,
         typer.Option(
@@ -126,10 +135,10 @@ def run(
     """Question engines, prove what they get wrong, and write a report.
 
     Exit status: 0 finished and as the ledger expects; 1 incomplete, or with a bucket that is NEW, an entry that is
-    STALE or CHANGED, or a broad phase that misses pairs; 2 bad input; 3 the reference itself was proven wrong; 130
+    STALE or CHANGED; 2 bad input; 3 the reference itself was proven wrong; 130
     interrupted.
     """
-    asked = _Asked(engine, pair, budget, passes, seed, call_limit, models, examples)
+    asked = _Asked(engine, pair, budget, passes, seed, call_limit, models, examples, database)
     if resume is not None:
         asked.fill_in(resume)
         if out not in (None, resume):
@@ -152,6 +161,7 @@ class _Asked:
     call_limit: float | None
     models: Path | None
     examples: int | None
+    database: Path | None
 
     def fill_in(self, folder: Path) -> None:
         """Take what is left open from the record of a run, of which nothing is executed."""
@@ -170,6 +180,8 @@ class _Asked:
             self.call_limit = float(old["call limit"]) if self.call_limit is None else self.call_limit
             self.examples = int(old["examples"]) if self.examples is None else self.examples
             self.models = Path(old["models"]) if self.models is None and old["models"] is not None else self.models
+            if self.database is None and old.get("database") is not None:
+                self.database = Path(old["database"])
             if self.budget is None and self.passes is None:
                 self.budget, self.passes = old["work"]["budget"], old["work"]["passes"]
         except RecordError as error:
@@ -188,7 +200,17 @@ class _Asked:
             "call_limit": CALL_LIMIT if self.call_limit is None else self.call_limit,
             "models": None if self.models is None else str(self.models),
             "examples": EXAMPLES if self.examples is None else self.examples,
+            "database": None if self.database is None else _made(self.database),
         }
+
+
+def _made(folder: Path) -> str:
+    """Path of a folder that is there from now on."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"--database {text.visible(folder)}: {error.strerror}") from None
+    return str(folder.resolve())
 
 
 def _executor(workers: int | None, dask: str | None) -> Executor:

@@ -96,7 +96,8 @@ def _invocation(run: Run) -> dict[str, Any]:
             told.append(("warning", f"{note.state.value} entry of the ledger: {note.engine} · {note.name}: {note.why}"))
     notes = [{"level": level, "message": _message(text.visible(words, limit=1000))} for level, words in told]
     whole = not (run.interrupted or run.problems)
-    return {"executionSuccessful": whole, "toolExecutionNotifications": notes}
+    spent = {"seconds": text.plain(run.timing)}
+    return {"executionSuccessful": whole, "toolExecutionNotifications": notes, "properties": spent}
 
 
 def _result(bucket: Bucket, view: BucketView, symptoms: list[str]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from refimpl.construct.kinds import BOUNDING, KINDS, MODEL
-from refimpl.construct.scorecard import Score, Scorecard
+from refimpl.construct.scorecard import MOST_FACES_TESTED, Score, Scorecard
 from reports import html, text, viewer
 from reports.tables import Column, Entry, Table
 
@@ -16,6 +16,7 @@ TITLE = "proxyproof: a model and its proxies"
 WORDS = {"translation": "move", "rotation": "turn", "scaling": "scale", "stretching": "stretch"}
 """What each transformation is called in the table."""
 NOTHING = "–"
+UNTESTED = f"not measured for more than {MOST_FACES_TESTED} faces"
 LEAST = 1e-9
 """Share of the diagonal below which a distance is rounding."""
 
@@ -38,7 +39,7 @@ MEANING = (
         "mean distance of its surface from the model's, and of the model's from its, by the model's diagonal",
     ),
     ("survives", "after what it is still of its type: moving, turning, scaling, stretching by a factor for each axis"),
-    ("test", "processor time of a test against another of its kind, in a batch of pairs of which about half meet"),
+    ("test", "processor time of a test against another of its kind, in a batch of pairs of which half meet"),
 )
 
 
@@ -73,7 +74,7 @@ def _row(score: Score, card: Scorecard) -> tuple[Entry, ...]:
         Entry(f"{score.volume_ratio:.3g}"),
         *(Entry(_share(part, card.diagonal, score)) for part in (score.out, score.back)),
         Entry(", ".join(kept), title=lost),
-        Entry(time_in_words(score.test)),
+        Entry(time_in_words(score.test), title=UNTESTED if math.isnan(score.test) else ""),
     )
 
 
@@ -132,6 +133,8 @@ def _told(score: Score, card: Scorecard, notes: tuple[str, ...]) -> str:
         return "The solid that the proxies stand for."
     sure = ", proven to contain every corner" if KINDS[score.kind].use == BOUNDING else ", a collider"
     said = f"{score.type}{sure}. {score.volume_ratio:.3g} times the volume; "
-    said += f"surfaces are {_share(score.out, card.diagonal, score)} and {_share(score.back, card.diagonal, score)} of "
-    said += f"the diagonal apart. {time_in_words(score.test)} a test."
+    said += (
+        f"its surface is {_share(score.out, card.diagonal, score)} of the diagonal from the model's on average, the "
+    )
+    said += f"model's {_share(score.back, card.diagonal, score)} from its. {time_in_words(score.test)} a test."
     return " ".join([said, *(f"{note[0].upper()}{note[1:]}." for note in notes)])

@@ -112,12 +112,13 @@ def _counted(counts: Sequence[SurveyCount]) -> Table:
 
 
 def _explained(counts: Sequence[SurveyCount]) -> Table:
-    """What the questions are, and by what each engine is asked and what it is held to."""
+    """What the questions and regimes are, and by what each engine is asked and what it is held to."""
     survey = load_survey(counts[0].survey)
-    words = list(survey.questions.items())
+    asked = dict.fromkeys(count.regime for count in counts if not count.absent)
+    words = [*survey.questions.items(), *((name, survey.regimes[name]) for name in asked if name in survey.regimes)]
     words += {count.engine: count.absent or f"{count.calls}: {count.promise}" for count in counts}.items()
     rows = tuple((Entry(text.visible(name)), Entry(text.visible(said, 1000))) for name, said in words)
-    columns = (Column("question, engine"), Column("what is asked, and by what, and what is promised"))
+    columns = (Column("question, regime, engine"), Column("what is asked, of what, by what, and what is promised"))
     return Table(f"{survey.title}: what is asked, and what engines are held to", columns, rows)
 
 

@@ -242,6 +242,14 @@ def _coverage_entry(verdicts: Counter[Kind]) -> Entry:
     return Entry(text.count(compared), f"✗ {text.count(found)}" if found else "", state, details)
 
 
+def time_split(run: Run) -> str:
+    """Where the time went, in a line; empty where none was spent."""
+    whole = sum(run.timing.values())
+    parts = sorted(run.timing.items(), key=lambda item: -item[1])
+    said = ", ".join(f"{text.visible(name)} {text.share(spent, whole)}" for name, spent in parts)
+    return f"time: {said}" if whole else ""
+
+
 def timing(run: Run) -> Table:
     """Where the time went, of all workers together."""
     whole = sum(run.timing.values())

@@ -179,6 +179,8 @@ def print_summary(run: Run, console: Console) -> None:
         line(warning, "yellow")
     line("")
     console.print(verdict_table(run, console.width))
+    if split := tables.time_split(run):
+        line(split)
     line("")
     for row in (*_top(run), *_unsettled(run)):
         line(row)

@@ -16,7 +16,7 @@ from refimpl.pairs import TABLE
 
 QUICK = {Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box}
 """Types whose scenes are drawn, answered and proven in a moment."""
-TURNS = 3
+TURNS = 5
 
 mp.dps = 50  # of mpmath, in every test alike: whoever needs another number has it for a while only
 os.environ.pop("GITHUB_STEP_SUMMARY", None)  # runs within tests are not what a step has to tell
@@ -48,7 +48,7 @@ def scenes_of(pair: tuple[type[Proxy], type[Proxy]], regime: str, n: int, seed: 
 
 
 def regimes_in_turn(pair: tuple[type[Proxy], type[Proxy]]) -> list[str]:
-    """All regimes; in the quick profile, of pairs that cost more, one in three, in turn from pair to pair."""
+    """All regimes; in the quick profile, of pairs that cost more, one in five, in turn from pair to pair."""
     names = list(REGIMES)
     if set(pair) <= QUICK or effort() > 10:
         return names

@@ -1,13 +1,14 @@
 """The flat world by brute force: Fractions, and roots of 50 digits; no hull, no Minkowski difference, no order.
 
 Every proxy is its corners, in any order and with any number of others between them, widened by a radius. The segments
-between any two of them lie in it, and the sides are among these.
+between any two of them lie in it; the sides are those that have all others on one hand.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -75,11 +76,11 @@ def corners_of_lines(lines: list[tuple[Fraction, ...]]) -> list[Place]:
 
 
 def ways(points: list[Place], others: list[Place]) -> Iterator[Place]:
-    """Directions across and along what could be sides, and between corners, both ways."""
-    for p, q in [*combinations(points, 2), *combinations(others, 2)]:
+    """Directions across and along sides, both ways, and between corners, of which one is alone."""
+    for p, q in [*segments(points), *segments(others)]:
         x, y = minus(q, p)
         yield from ((x, y), (-x, -y), (y, -x), (-y, x))
-    for p in points:
+    for p in points if min(len(set(points)), len(set(others))) == 1 else []:
         for q in others:
             x, y = minus(q, p)
             yield from ((x, y), (-x, -y))
@@ -99,7 +100,18 @@ def off_segment(x: Place, p: Place, q: Place) -> Place:
 
 
 def segments(points: list[Place]) -> list[tuple[Place, Place]]:
-    return list(combinations(points, 2)) or [(points[0], points[0])]
+    """Sides of the hull; where all corners are in line, every segment between two of them."""
+    return _sides(tuple(dict.fromkeys(points)))
+
+
+@lru_cache(maxsize=64)
+def _sides(points: tuple[Place, ...]) -> list[tuple[Place, Place]]:
+    found = []
+    for p, q in combinations(points, 2):
+        turns = [cross(minus(q, p), minus(x, p)) for x in points]
+        if min(turns) >= 0 or max(turns) <= 0:
+            found.append((p, q))
+    return found or [(points[0], points[0])]
 
 
 def square_gap(points: list[Place], others: list[Place]) -> Fraction:
@@ -118,7 +130,7 @@ def signed_distance(a: Any, b: Any) -> mpf:
     (points, r), (others, s) = corners(a), corners(b)
     if are_apart(points, others):
         return mp.sqrt(real(square_gap(points, others))) - real(r + s)
-    sides = {minus(q, p) for p, q in [*combinations(points, 2), *combinations(others, 2)] if p != q}
+    sides = {minus(q, p) for p, q in [*segments(points), *segments(others)] if p != q}
     deep = [real(room((side * y, -side * x), points, others)) / length((x, y)) for x, y in sides for side in (1, -1)]
     return max(deep, default=mpf(0)) - real(r + s)
 

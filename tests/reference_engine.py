@@ -70,6 +70,13 @@ class Reference(Engine):
         return reference_answers(query, A.unpack(np.asarray(rows_a)), B.unpack(np.asarray(rows_b)))
 
 
+class FlatReference(Reference):
+    """The same in the plane."""
+
+    name: ClassVar[str] = "flat-reference"
+    flat: ClassVar[bool] = True
+
+
 class Desk:
     """A bench whose engine answers in this process: the reference batch by batch, others row by row."""
 

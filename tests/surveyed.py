@@ -117,6 +117,19 @@ class Fragile(Right):
         return super().answer(case)
 
 
+class Leaking(Right):
+    """Takes 256 MiB for the root of one, and keeps them until it is asked again."""
+
+    kept: ClassVar[list[bytearray]] = []
+
+    def answer(self, case: Case) -> Any:
+        if case.data["number"] == 1.0:
+            for _ in range(16):
+                self.kept.append(bytearray(1 << 24))
+        self.kept.clear()
+        return super().answer(case)
+
+
 class Slow(Right):
     """Right, after a while in which it waits for the processor."""
 

@@ -63,7 +63,7 @@ def test_intervals_are_narrow_in_every_regime() -> None:
         for regime in regimes_in_turn(pair):
             a, b = scenes_of(pair, regime, max(2, effort() // 4))
             widths += [width(a[i], b[i]) for i in range(len(a))]
-    assert len(widths) > 240
+    assert len(widths) > 140
     assert max(widths) <= WIDEST
     assert sum(w > WIDTH for w in widths) <= len(widths) / 1000
 

@@ -160,6 +160,8 @@ BAD = [
     (["run", "--engine", "mine.py:Mine", "--update-ledger"], "--update-ledger needs --ledger FILE"),
     (["run", "--out", ""], "--out must name a folder"),
     (["run", "--out", "a\0b"], "--out must name a folder"),
+    (["run", "--database", ""], "--database must name a folder"),
+    (["run", "--database", "/dev/null/kept"], "--database /dev/null/kept: "),
     (["run", "--frobnicate"], "No such option"),
     (["run", "surplus"], "unexpected extra argument"),
     (["walk"], "No such command 'walk'"),

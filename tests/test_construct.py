@@ -8,12 +8,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from refimpl.construct import (
     KINDS,
@@ -34,88 +31,19 @@ from refimpl.construct import (
     simplified_hull,
     sphere,
 )
-from refimpl.construct.cloud import Cloud
-from refimpl.construct.enclosed import Enclosed, EnclosedTwice, grain_of
-from refimpl.construct.formulas import near_segment
 from refimpl.construct.optimality import (
-    Weights,
     check_ellipsoid,
-    check_sphere,
     check_touching,
     excess_of_ellipsoid,
     prove_ellipsoid,
-    prove_sphere,
 )
-from refimpl.impacts.twofold import Twofold
 from refimpl.mass import mass_properties
-from refimpl.proof import InvalidCertificate
-from refimpl.proof.reading import read
-from refimpl.proof.sets import Hull
 from refimpl.shapes import KDOP, Box, Composite, ConvexPolyhedron, HalfSpace, Polyhedron, Sphere
+from tests.clouds import CLOUDS, TURN, exact_sides, lies_behind, lies_in, matrix_of
 
-TURN = np.array([0.3, -0.2, 0.5, 0.7])
-
-
-def clouds(count: int = 16) -> dict[str, np.ndarray]:
-    rng = np.random.default_rng(7)
-    ball = rng.normal(size=(count, 3))
-    on_sphere = ball / np.linalg.norm(ball, axis=1)[:, None]
-    t = rng.random(count)
-    return {
-        "random": ball,
-        "on a sphere": on_sphere,
-        "cospherical": np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * 0.1 + 0.7,
-        "coplanar": np.stack([t, 1 - t, rng.random(count)], axis=1),
-        "coplanar grid": np.array([[x, y, 7.0] for x in range(5) for y in range(5)]),
-        "collinear": np.outer(t, [1.0, 2.0, 3.0]),
-        "along an axis": np.stack([np.ones(count), t, np.full(count, 2.0)], axis=1),
-        "one": np.array([[0.1, 0.2, 0.3]]),
-        "one, many times": np.full((count, 3), 0.1),
-        "two": np.array([[0.1, 0.2, 0.3], [0.4, 0.2, -0.7]]),
-        "far away": ball + 1e9,
-        "farther than it is wide": ball + 1e16,
-        "tiny": ball * 1e-300,
-        "denormal": ball * 1e-320,
-        "huge": ball * 1e300,
-        "of three scales": ball * [1e150, 1.0, 1e-150],
-    }
-
-
-CLOUDS = clouds()
 NEEDS_SOLID = {"ellipsoid": 3, "cylinder": 2}  # dimensions that points must have
 DIMENSION = {"coplanar": 2, "coplanar grid": 2, "collinear": 1, "along an axis": 1, "one": 0, "one, many times": 0,
              "two": 1, "of three scales": 1}  # fmt: skip
-
-
-def lies_in(proxy, point) -> bool:
-    """By the checker's reading, in fractions."""
-    solid = read(proxy)
-    if isinstance(solid, Hull):
-        return all(lies_behind(plane, point) for plane in exact_sides(proxy))
-    try:
-        return solid.member(tuple(float(v) for v in point), True)[1] == 0
-    except InvalidCertificate:
-        return False
-
-
-def exact_sides(proxy):
-    """Planes of a solid hull that pass through three of its corners, by brute force over all triples."""
-    v = [[Fraction(x) for x in row] for row in proxy.vertices.tolist()]
-    for a, b, c in combinations(v, 3):
-        n = np.cross(np.array(b) - a, np.array(c) - a)
-        heights = [sum(n * (np.array(x) - a)) for x in v]
-        for side in (1, -1):
-            if any(n) and all(side * h <= 0 for h in heights):
-                yield Plane(side * n, side * sum(n * np.array(a)))
-
-
-class Plane:
-    def __init__(self, n, level):
-        self.n, self.level = n, level
-
-
-def lies_behind(plane: Plane, point) -> bool:
-    return sum(n * Fraction(x) for n, x in zip(plane.n, point.tolist(), strict=True)) <= plane.level
 
 
 @pytest.mark.parametrize("kind", [k for k in KINDS if not k.startswith("hull") and k != "kdop18"])
@@ -200,70 +128,6 @@ def test_bounds_of_kdops_touch(name):
     assert not check_touching(points, wider, names)
 
 
-def smallest_by_brute_force(points) -> Fraction:
-    """Least squared radius of all circumspheres of two, three and four points that contain all others."""
-    exact = [np.array([Fraction(v) for v in row]) for row in points.tolist()]
-    found = []
-    for count in (2, 3, 4):
-        for chosen in combinations(exact, count):
-            edges = [c - chosen[0] for c in chosen[1:]]
-            gram = [[sum(a * b) for b in edges] for a in edges]
-            shares = cramer(gram, [sum(a * a) / 2 for a in edges])
-            if shares is None:
-                continue
-            center = chosen[0] + sum((s * e for s, e in zip(shares, edges, strict=True)), np.zeros(3, dtype=object))
-            squares = [sum((x - center) ** 2) for x in exact]
-            if max(squares) == sum((chosen[0] - center) ** 2):
-                found.append(max(squares))
-    return min(found)
-
-
-def determinant(m) -> Fraction:
-    if len(m) == 1:
-        return m[0][0]
-    return sum((-1) ** j * m[0][j] * determinant([row[:j] + row[j + 1 :] for row in m[1:]]) for j in range(len(m)))
-
-
-def cramer(matrix, right):
-    whole = determinant(matrix)
-    if whole == 0:
-        return None
-    return [determinant([[*r[:j], b, *r[j + 1 :]] for r, b in zip(matrix, right, strict=True)]) / whole
-            for j in range(len(right))]  # fmt: skip
-
-
-@pytest.mark.parametrize("name", ["random", "on a sphere", "cospherical", "coplanar", "collinear", "far away", "tiny"])
-def test_the_smallest_sphere_is_the_smallest(name):
-    points = CLOUDS[name][:9]
-    proof = prove_sphere(points)
-    bound = check_sphere(points, proof)
-    assert bound == smallest_by_brute_force(points)
-    radius = Fraction(float(sphere(points).radius))
-    assert bound <= radius**2
-    if name != "far away":  # there the centre is rounded by more than this
-        assert radius**2 <= bound * (1 + Fraction(1, 10**14))
-
-
-def test_a_proof_with_other_weights_proves_less_and_nonsense_is_refused():
-    points = CLOUDS["random"]
-    proof = prove_sphere(points)
-    other = Weights(proof.points, (proof.weights[0] * 2, *proof.weights[1:]))
-    assert check_sphere(points, other) < check_sphere(points, proof)
-    for bad in (Weights((0,), (Fraction(-1),)), Weights((), ()), Weights((99,), (Fraction(1),))):
-        with pytest.raises(ConstructionError):
-            check_sphere(points, bad)
-
-
-@settings(max_examples=25, deadline=None)
-@given(st.lists(st.tuples(*[st.integers(-3, 3)] * 3), min_size=1, max_size=7), st.sampled_from([1.0, 0.1, 1e-310]))
-def test_grids_of_points_have_their_smallest_sphere(grid, unit):
-    points = np.array(grid, dtype=float) * unit
-    ball = sphere(points)
-    assert all(lies_in(ball, x) for x in points)
-    least = smallest_by_brute_force(points) if len(set(map(tuple, points.tolist()))) > 1 else Fraction(0)
-    assert check_sphere(points, prove_sphere(points)) == least
-
-
 @pytest.mark.parametrize("name", ["random", "on a sphere", "cospherical", "huge", "tiny"])
 def test_the_ellipsoid_is_nearly_the_least(name):
     points = CLOUDS[name]
@@ -276,19 +140,10 @@ def test_the_ellipsoid_is_nearly_the_least(name):
 def test_boxes_are_found_that_no_face_of_the_hull_shows():
     """Around a regular tetrahedron the least box is the cube of whose faces its edges are diagonals: O'Rourke's."""
     turned = ConvexPolyhedron.from_vertices([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], rotation=TURN)
-    corners = turned.vertices @ _matrix(TURN).T
+    corners = turned.vertices @ matrix_of(TURN).T
     assert np.prod(2 * least_box(corners).half_extents) == pytest.approx(8.0, rel=1e-9)
-    cuboid = np.array([[x, y, z] for x in (0, 1) for y in (0, 2) for z in (0, 3)]) @ _matrix(TURN).T + 5.0
+    cuboid = np.array([[x, y, z] for x in (0, 1) for y in (0, 2) for z in (0, 3)]) @ matrix_of(TURN).T + 5.0
     assert np.prod(2 * least_box(cuboid).half_extents) == pytest.approx(6.0, rel=1e-9)
-
-
-def _matrix(q):
-    x, y, z, w = q / np.linalg.norm(q)
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ])  # fmt: skip
 
 
 def test_flat_points_get_flat_boxes():
@@ -305,12 +160,12 @@ def test_rods_of_rods():
     angle, height = rng.random(200) * 2 * np.pi, rng.random(200) * 4
     side = np.stack([np.cos(angle), np.sin(angle), height], axis=1)
     ends = np.stack([np.cos(angle), np.sin(angle), np.where(height > 2, 4.0, 0.0)], axis=1)
-    barrel = np.concatenate([side, ends]) @ _matrix(TURN).T
+    barrel = np.concatenate([side, ends]) @ matrix_of(TURN).T
     assert mass_properties(cylinder(barrel)).volume <= 4 * np.pi * (1 + 1e-6)
     way = rng.normal(size=(400, 3))
     way /= np.linalg.norm(way, axis=1)[:, None]
     pill = way + np.where(way[:, 2:] > 0, 3.0, 0.0) * [0, 0, 1]
-    assert mass_properties(capsule(pill @ _matrix(TURN).T)).volume <= (3 * np.pi + 4 / 3 * np.pi) * (1 + 1e-2)
+    assert mass_properties(capsule(pill @ matrix_of(TURN).T)).volume <= (3 * np.pi + 4 / 3 * np.pi) * (1 + 1e-2)
 
 
 @pytest.mark.parametrize("name", CLOUDS)
@@ -419,33 +274,3 @@ def test_points_come_from_meshes(tmp_path):
     assert {tuple(row) for row in points_of(Composite([body, body])).tolist()} == there
     cloud = trimesh.PointCloud(solid.vertices)
     assert len(points_of(cloud)) == len(there)
-
-
-numbers = st.floats(-1, 1).map(lambda v: v if abs(v) > 1e-100 else 0.0)
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.lists(st.tuples(numbers, numbers, numbers), min_size=1, max_size=4), st.tuples(*[numbers] * 6))
-def test_numbers_lie_in_their_error_bounds(rows, ends):
-    points = np.array(rows)
-    p, q = ([Fraction(v) for v in end] for end in (ends[:3], ends[3:]))
-    formula = near_segment(p, q, Fraction(1, 3))
-    truth = [formula([Fraction(v) for v in row], Fraction) for row in points.tolist()]
-    for kind, value in ((Enclosed, lambda c: c), (EnclosedTwice, Twofold)):
-        for grain in (None, grain_of(points)):
-            found = formula([kind(value(c), 0.0, grain) for c in points.T.copy()], kind.of)
-            high = np.broadcast_to(found.nearest, len(truth))
-            low = np.broadcast_to(found.value.lows if kind is EnclosedTwice else 0.0, len(truth))
-            for t, a, b in zip(truth, high.tolist(), low.tolist(), strict=True):
-                assert abs(Fraction(a) + Fraction(b) - t) <= Fraction(found.error)
-
-
-def test_the_greatest_value_is_found_among_equals():
-    """Points that doubles cannot tell apart: the last bit of one coordinate decides, or nothing does."""
-    points = np.full((5000, 3), 0.1)
-    points[1234, 2] = np.nextafter(0.1, 1)
-    formula = near_segment([Fraction(3)] * 3, [Fraction(4), Fraction(5), Fraction(6)])
-    value, place = Cloud(points).greatest(formula)
-    exact = [formula([Fraction(v) / Cloud(points).unit for v in points[i].tolist()], Fraction) for i in (0, 1234)]
-    assert value == max(exact)
-    assert (place == 1234) == (exact[1] > exact[0])

@@ -12,7 +12,8 @@ from oracles.bodies import random_body, round_body
 from oracles.draws import NumpyDraws
 from oracles.engine import Array, Engine, Status
 from oracles.engines import load_engine
-from oracles.engines.geometry import Kept, faced
+from oracles.engines.geometry import Kept, different, faced
+from oracles.keeping import rows_of
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, Cell
 from oracles.solids import block
 from oracles.worker import EngineWorker
@@ -148,6 +149,31 @@ def test_hulls_without_thickness(name: str, workers: dict[str, EngineWorker]) ->
         found = workers[name].answer(DISTANCE, Point, ConvexPolyhedron, rows(point), rows(hull))
         gap = distance(point, hull).distance - (0.001 if name == "bullet" else 0.0)
         assert found.distance[0] == pytest.approx(gap, abs=1e-5)
+
+
+def test_different_vertices_are_those_that_differ_in_order() -> None:
+    points = np.random.default_rng(2).integers(-1, 2, (200, 6, 3)).astype(float)
+    found = different(points)
+    counts = [len(np.unique(row, axis=0)) for row in points]
+    assert found.shape[1] == max(counts) > min(counts)
+    for row, count, given in zip(found, counts, points, strict=True):
+        np.testing.assert_array_equal(row[:count], np.unique(given, axis=0))
+        assert (row[count:] == row[count - 1]).all()
+
+
+@pytest.mark.parametrize("kind", HULLS)
+def test_hulls_on_a_grid_are_those_of_each_shape_alone(kind: type[KDOP | ConvexPolyhedron]) -> None:
+    shapes = random_body(NumpyDraws(4, (2,), 12)).make(kind)
+    points, given = far_points(12), rows_of(shapes)
+    used = ENGINES["bullet"].effective(DISTANCE, Point, points, kind, given)[1].made
+    assert isinstance(used, ConvexPolyhedron)
+    for i in range(len(shapes)):
+        corners = np.unique(shapes[i].vertices, axis=0)
+        lower, upper = corners.min(axis=0), corners.max(axis=0)
+        middle, step = (lower + upper) * 0.5, (upper - lower) * (1.0 / 10216)
+        grid = np.trunc((corners - middle) * (1.0 / step)) * step + middle
+        np.testing.assert_array_equal(used[i].numbers[: len(grid)], grid)
+        assert (used[i].numbers[len(grid) :] == grid[-1]).all()
 
 
 def test_geometries_are_kept_by_content_and_not_without_end() -> None:

@@ -17,12 +17,16 @@ from refimpl import (
     Cylinder,
     Ellipsoid,
     HalfSpace,
+    Point,
     Polyhedron,
+    Proxy,
     Sphere,
     UnsupportedOperation,
+    distance,
     mass_properties,
     support,
 )
+from refimpl.bounds import aabb, bounding_sphere
 from refimpl.linear import apply, norm, rotation_matrix
 from tests.solids import L_SHAPE, prism
 
@@ -103,6 +107,7 @@ def world():
 def test_bullet_loads_what_was_written(name: str, tmp_path: Path, world: int) -> None:
     """Sort, sizes and place of each collision shape are those of the file, which are those of the proxy."""
     path = written(name, tmp_path)
+    bullet.resetSimulation(physicsClientId=world)
     flags = bullet.URDF_USE_IMPLICIT_CYLINDER | bullet.URDF_USE_INERTIA_FROM_FILE
     body = bullet.loadURDF(str(path), flags=flags, physicsClientId=world)
     info = bullet.getDynamicsInfo(body, -1, physicsClientId=world)
@@ -120,8 +125,42 @@ def test_bullet_loads_what_was_written(name: str, tmp_path: Path, world: int) ->
         assert np.abs(ours - theirs).max() < 1e-6
         assert np.abs(reach(element, path) / support(part, WAYS) - 1).max() < (0.02 if "ellipsoid" in name else 1e-12)
     assert info[0] == 3.0
-    assert np.sort(info[2]) == pytest.approx(np.linalg.eigvalsh(MATTER.of_mass(3.0)), rel=1e-6)
     assert info[3] == pytest.approx(MATTER.barycentre.tolist(), rel=1e-12)
+    axes = rotation_matrix(np.array(info[4]))
+    assert axes @ np.diag(info[2]) @ axes.T == pytest.approx(MATTER.of_mass(3.0), rel=1e-5, abs=1e-8)
+    assert np.ptp(info[2]) > 0.1 * max(info[2])  # a tensor that a turn changes
+    assert_alike(body, PROXIES[name], 0.014 if name == "ellipsoid" else 0.0, world)
+
+
+MARGIN = 0.001
+"""PyBullet's collision margin, by which corners and edges of convex shapes are rounded off and rays hit too early."""
+
+
+def assert_alike(body: int, proxy: Proxy, larger: float, world: int) -> None:
+    """Rays and a ball meet the loaded body where they meet the proxy; a hull around it may be a bit larger."""
+    ball, rng = bounding_sphere(proxy), np.random.default_rng(6)
+    middle, size, count = np.array(ball.center), float(ball.radius), 80
+    way, allowed = rng.normal(size=(count, 3)), 1.5 * MARGIN + larger * size
+    start = middle + 3 * size * way / norm(way)[:, None]
+    around = aabb(proxy)
+    aim = (around.lower + around.upper) / 2 + 0.7 * (around.upper - around.lower) * rng.uniform(-1, 1, (count, 3))
+    end = start + 2 * (aim - start)
+    bullet.performCollisionDetection(physicsClientId=world)  # rays see no body that was only loaded
+    found = bullet.rayTestBatch(start.tolist(), end.tolist(), physicsClientId=world)
+    hit, where = np.array([f[0] == body for f in found]), np.array([f[3] for f in found])
+    near = distance(Capsule(start, end, np.zeros(count)), proxy).distance
+    assert np.all(hit[near < -allowed])
+    assert not np.any(hit[near > allowed])
+    assert 5 < np.sum(hit) < count
+    assert np.abs(distance(Point(where[hit]), proxy).distance).max() < allowed
+    shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=0.2 * size, physicsClientId=world)
+    other = bullet.createMultiBody(1.0, shape, physicsClientId=world)
+    for at in middle + size * rng.normal(size=(30, 3)):
+        gap = float(distance(proxy, Sphere(at, 0.2 * size)).distance)
+        bullet.resetBasePositionAndOrientation(other, at.tolist(), [0, 0, 0, 1], physicsClientId=world)
+        points = bullet.getClosestPoints(body, other, 10 * size, physicsClientId=world)
+        if gap > allowed:  # overlaps are as deep as each engine's algorithm finds them
+            assert min(point[8] for point in points) == pytest.approx(gap, abs=allowed)
 
 
 def reach(element, path: Path) -> np.ndarray:

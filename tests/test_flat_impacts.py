@@ -67,7 +67,9 @@ def test_what_has_no_area_has_no_body() -> None:
         refimpl.mass_properties(Disc((0, 0), 1))
     assert area_properties(ConvexPolygon.from_vertices([(0, 0), (2, 2)])).area == 0
     for make, words in (
-        (lambda: FlatBody.of(Segment((0, 0), (1, 0)), mass=1), "must have an area"),
+        (lambda: FlatBody.of(Segment((0, 0), (1, 0)), density=1), "must have an area"),
+        (lambda: FlatBody.of(Segment((1, 2), (1, 2)), mass=1), "or a mass and a length"),
+        (lambda: FlatBody.of(Disc((0, 0), 1e200), density=1), "beyond the largest float: give a mass"),
         (lambda: FlatBody.of(Disc((0, 0), 1)), "either a density or a mass"),
         (lambda: FlatBody.of(Disc((0, 0), 1), mass=-1), "must be positive"),
         (lambda: FlatBody((0, 0, 0), (0, 0), 0, 1, 1), "FlatBody.position: expected 2 numbers"),
@@ -77,6 +79,17 @@ def test_what_has_no_area_has_no_body() -> None:
     ):
         with pytest.raises(ShapeError, match=words):
             make()
+
+
+@pytest.mark.parametrize("exponent", [-400, 0, 400])
+def test_a_body_may_have_any_size(exponent: int) -> None:
+    """Its moment is the mass by a square of lengths: the area's moment would be beyond the largest double, or 0."""
+    size = 2.0**exponent
+    shapes = Disc((0, 0), size), Rectangle((0, 0), (size, 2 * size)), Segment((0, 0), (3 * size, 4 * size))
+    for shape, ninths in zip(shapes, (4.5, 3.75, 18.75), strict=True):
+        body = FlatBody.of(shape, mass=2.0)
+        assert body.moment is not None
+        assert float(body.moment) == pytest.approx(2 * ninths / 9 * size * size, rel=1e-14)
 
 
 def some_body(rng: np.random.Generator, *, fixed: bool = False) -> FlatBody:

@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip("pymunk")
 
+import refimpl
 from oracles import claims, impact_laws
 from oracles.answers import take
 from oracles.batch import Batch
@@ -34,6 +35,8 @@ from oracles.scene import (
 )
 from oracles.world import PLANE
 from refimpl.flat import Disc, FlatPoint, FlatRay, Rectangle
+from refimpl.flat.area import area_properties
+from refimpl.linear import dot, norm
 from tests.conftest import name_of
 from tests.flat_engines import AtTheEnd, FlatTextbook, InLine, Inward, Standing, Stopping, WrongSign
 from tests.reference_engine import Desk
@@ -136,6 +139,40 @@ def test_impacts_keep_the_laws_and_are_found_out_where_they_do_not(pair: Any, py
     assert found.keys() == {"scenes"}, found
     assert found["scenes"] > 100
     assert impact_laws.MOMENTUM in convicted(Sticky(), cell, 2, proofs=5)
+
+
+@pytest.mark.parametrize("pair", FLAT_TARGETS, ids=name_of)
+def test_flat_impacts_touch_where_they_say(pair: Any) -> None:
+    """At the point both have, they part along the normal, and nothing moves out of the plane."""
+    batch = next(batches(Cell(IMPACT, *pair), 6))
+    motion, size = batch.motion, np.maximum(batch.a.magnitude, batch.b.magnitude)
+    assert isinstance(motion, Motion)
+    assert not motion.leaves_the_plane
+    normal = motion.normal[:, :2] / norm(motion.normal)[:, None]
+    for shape, outward in ((batch.a, normal), (batch.b, -normal)):
+        off = refimpl.distance(FlatPoint(motion.point[:, :2]), shape).distance
+        reach = dot(refimpl.support_point(shape, outward) - motion.point[:, :2], outward)
+        assert (np.abs(off) <= 1e-14 * size).all()
+        assert (np.abs(reach) <= 1e-14 * size).all()
+    for body, shape in zip(motion.bodies, (batch.a, batch.b), strict=True):
+        moves = body.inverse_mass > 0
+        own = area_properties(shape)
+        found = body.inertia[moves, 2, 2] * body.inverse_mass[moves]
+        np.testing.assert_allclose(found, own.gyration[moves], rtol=1e-14)
+    assert (motion.closing[np.array(batch.regimes) != "parting"] <= 0).all()
+
+
+def test_fast_bodies_do_not_move_before_they_meet(pymunk: PymunkEngine) -> None:
+    """The step is so short that nothing goes far in it, whatever the speed: momentum is kept to rounding."""
+    still, one = np.zeros(3), np.eye(3)
+    a = Moving(np.array([-1.0, 0.0, 0.0]), np.array([3e7, -4e7, 0.0]), still, np.asarray(1.0), one)
+    b = Moving(np.array([1.0, 0.5, 0.0]), still, np.array([0.0, 0.0, 1e7]), np.asarray(2.0), one)
+    motion = Motion(a, b, still, np.array([1.0, 0.0, 0.0]), np.asarray(1.0), np.asarray(0.0))
+    scene = Scene(IMPACT, Disc([-1.0, 0.0], 1.0), Rectangle([0.0, -0.5], [2.0, 1.5]), "by hand", motion=motion)
+    answer = told(pymunk, scene)
+    impulse = 2 * 2.5e7 / (1 + 2 + 0.5**2)  # B's point flees by 0.5e7, and its lever is 0.5
+    np.testing.assert_allclose(answer["velocity_a"], [3e7 - impulse, -4e7, 0.0], rtol=0, atol=1e-3)
+    np.testing.assert_allclose(answer["velocity_b"], [2 * impulse, 0.0, 0.0], rtol=0, atol=1e-3)
 
 
 def test_an_impact_by_hand(pymunk: PymunkEngine) -> None:

@@ -44,7 +44,7 @@ def workers() -> Iterator[dict[str, EngineWorker]]:
 def examples(pair: Pair) -> int:
     """Pairs that need a search or pieces cost a hundred times more each."""
     many = settings.default.max_examples if settings.default else 20
-    return max(10, many // 2) if is_quick(*pair) else max(6, many // 4)
+    return max(8, many // 2 - 2) if is_quick(*pair) else max(5, many // 4)
 
 
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)

@@ -8,6 +8,7 @@ import signal
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,6 +16,7 @@ import pytest
 from hypothesis import strategies as st
 
 from oracles import claims
+from oracles.bench import Setup
 from oracles.engine import VELOCITIES, AnswerRow, Answers, Engine, Kind, Row, Solver, answer_row
 from oracles.hunt import hunting
 from oracles.motion import WIDTH, Motion
@@ -22,6 +24,7 @@ from oracles.outcome import Outcome
 from oracles.scene import CONTACTS, DISTANCE, IMPACT, Cell, Scene
 from oracles.search import Enough, Search
 from oracles.steering import BOOLEAN, NORMAL, VALUE, WITNESS, height, strain
+from oracles.tasks import HuntTask
 from oracles.worker import EngineWorker
 from refimpl.shapes import Box, Point, Sphere
 from tests.reference_engine import Desk, Reference
@@ -223,10 +226,27 @@ def test_a_second_run_finds_old_failures_at_once(tmp_path: Path) -> None:
     assert symptoms(hunted(Honest(), examples=1, database=tmp_path)) == set()
 
 
+def test_the_attacks_of_a_campaign_have_a_folder_for_each_cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What one attack has kept another one with another seed tries first, in its own cell only."""
+    engine, kept = planted(_off_beyond, _witness_off_when_level), tmp_path / "kept"
+    monkeypatch.setattr(type(engine), "name", "../../made")
+
+    def attack(cell: Cell, seed: int, examples: int) -> Outcome:
+        setup = Setup((), seed=seed, examples=examples, database=str(kept))
+        shop: Any = SimpleNamespace(setup=setup, bench=lambda name: Desk(engine))
+        return HuntTask(engine.name, cell, 0).do(shop)
+
+    attack(BALLS, 1, 100)
+    assert {claims.LONG, claims.OFF_SHAPE} <= symptoms(attack(BALLS, 99, 1))
+    assert symptoms(attack(Cell(DISTANCE, Point, Sphere), 99, 1)) == set()
+    assert list(tmp_path.iterdir()) == [kept]
+    assert [len(folder.name) for folder in kept.iterdir()] == [12], "where nothing fails there is nothing to keep"
+
+
 def test_without_a_database_the_seed_says_it_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     engine = planted(_off_beyond, _witness_off_when_level)
-    first, second = (hunted(engine, seed=7) for _ in range(2))
+    first, second = (hunted(engine, seed=7, examples=100) for _ in range(2))
     assert [c.scene.id for c in first.findings] == [c.scene.id for c in second.findings]
     assert (first.counts, first.digest) == (second.counts, second.digest)
     assert list(tmp_path.iterdir()) == []

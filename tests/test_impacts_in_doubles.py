@@ -429,6 +429,11 @@ def test_bodies_cannot_be_changed() -> None:
         body.velocity[0] = 1
 
 
-def test_the_reference_alone_does_not_import_impacts() -> None:
-    script = "import sys, refimpl; assert 'refimpl.impacts' not in sys.modules; from refimpl import impacts"
+def test_the_reference_alone_imports_neither_impacts_nor_proofs_and_an_engine_no_hypothesis() -> None:
+    """Each process of an engine has to import them: what it does not need costs every campaign."""
+    script = (
+        "import sys, refimpl; assert not {'refimpl.impacts', 'refimpl.proof'} & set(sys.modules); "
+        "import oracles.isolation.guard; assert not {'refimpl.proof', 'hypothesis', 'scipy'} & set(sys.modules); "
+        "from refimpl import certify, impacts, sweeps; assert refimpl.proof.certify is certify and sweeps.Touch"
+    )
     subprocess.run([sys.executable, "-c", script], check=True)

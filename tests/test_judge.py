@@ -245,17 +245,17 @@ def agrees_with_itself(cell: Cell, a: Proxy, b: Proxy, regime: str) -> None:
     if len(a):
         screening = Judge(engine).screen(cell, a, b, answers)
         for i, kind in enumerate(screening.kind):
-            case = f"{regime} {screening.symptom[i]} {screening.amount[i]} {a[i]} {b[i]}"
+            case = regime, screening.symptom[i], screening.amount[i]
             if kind is Verdicts.WRONG:
-                assert not screening.certain[i], case
+                assert not screening.certain[i], (*case, a[i], b[i])
                 scene = Scene(cell.query, a[i], b[i], regime)
                 right = {Verdicts.AGREES}
                 if regime in ("sliver", "combined") and is_fragile(a) and is_fragile(b):
                     # rounding a move turns either of them
                     right.add(Verdicts.UNDECIDED)
-                assert Judge(engine).convict(scene, take(answers, [i])).kind in right, case
+                assert Judge(engine).convict(scene, take(answers, [i])).kind in right, (*case, a[i], b[i])
                 continue
-            assert kind is Verdicts.AGREES, case
+            assert kind is Verdicts.AGREES, (*case, a[i], b[i])
 
 
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)
@@ -378,6 +378,31 @@ def test_the_way_out_of_unions_must_free_and_touch() -> None:
     far = {"distance": 1.2 * float(answers_of(deeper).distance[0]), **nothing}
     assert verdict(Exact(relative=1e-2), deeper, **far).kind is Verdicts.WRONG
     assert depth > 0.25
+
+
+HUGE = float("1e400")
+
+
+@pytest.mark.parametrize(
+    ("scene", "change", "symptom"),
+    [
+        (APART, {"distance": HUGE}, claims.LONG),
+        (APART, {"distance": 1e308}, claims.NOT_A_NUMBER),
+        (APART, {"on_a": [HUGE, 0, 0]}, claims.NOT_A_NUMBER),
+        (APART, {"normal": [HUGE, 0, 0]}, claims.NOT_A_NUMBER),
+        (OVERLAPPING, {"distance": -HUGE}, claims.SHORT),
+        (OVERLAPPING, {"point": [0, -HUGE, 0]}, claims.NOT_A_NUMBER),
+        (OVERLAPPING, {"hit": HUGE}, claims.NOT_A_NUMBER),
+        (OVERLAPPING, {"hit": 0.5}, claims.NOT_A_NUMBER),
+        (Scene(BOOLEAN, OVERLAPPING.a, OVERLAPPING.b, "generic"), {"hit": 2.0}, claims.NOT_A_NUMBER),
+        (BEAM, {"hit": -1.0}, claims.NOT_A_NUMBER),
+        (BEAM, {"t": HUGE}, claims.NOT_A_NUMBER),
+        (BEAM, {"point": [HUGE] * 3}, claims.NOT_A_NUMBER),
+    ],
+)
+def test_numbers_that_no_scene_can_have_are_wrong(scene: Scene, change: dict[str, Any], symptom: str) -> None:
+    found = verdict(Exact(), scene, **change)
+    assert (found.kind, found.symptom) == (Verdicts.WRONG, symptom)
 
 
 def test_an_answer_is_named_by_the_first_claim_that_its_tolerance_does_not_excuse() -> None:

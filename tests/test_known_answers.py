@@ -14,13 +14,13 @@ from tests.tangents import BUILDERS, known_pair, scale_of
 
 CONSTRUCTION = 2e-15
 """What the points, normals and sizes of a scene are rounded by when it is built, relative to the scene."""
-ROWS = 250
+ROWS = 256
 
 PAIRS = [(a, b) for a in BUILDERS for b in BUILDERS if a != "Point"]  # a point holds no ball
 
 
 def chunks(holder: str, other: str) -> int:
-    """Batches of a pair: in the quick profile 22 500 scenes of all, in the others thousands of each."""
+    """Batches of a pair: in the quick profile 23 000 scenes of all, in the others thousands of each."""
     return 1 if effort() <= 10 else 2 if "KDOP" in (holder, other) else 3
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,23 @@ def fault(monkeypatch: pytest.MonkeyPatch) -> Any:
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
     return tmp_path / "own.toml"
+
+
+@pytest.fixture(scope="module")
+def updated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a ledger to which a run has added the fault of a thousandth."""
+    folder = tmp_path_factory.mktemp("updated")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SWITCHED_FAULT", "1e-3")
+        patch.setenv("SWITCHED_VERSION", "1.0")
+        assert proxyproof(folder, "--ledger", str(folder / "own.toml"), "--update-ledger")[0] == 0
+    return folder
+
+
+def lists_the_fault(ledger: Path, updated: Path) -> None:
+    """Make a ledger in which the fault of a thousandth stands, with its witnesses beside it."""
+    shutil.copytree(updated / "witnesses", ledger.parent / "witnesses")
+    shutil.copy(updated / "own.toml", ledger)
 
 
 def proxyproof(tmp_path: Path, *more: str, pair: str = PAIR) -> tuple[int, dict[str, Any]]:
@@ -119,10 +137,9 @@ def test_the_life_of_a_fault(fault: Any, own: Path, tmp_path: Path, capsys: pyte
     assert (status, data["ledger"]) == (0, [])
 
 
-def test_a_fault_that_changes(fault: Any, own: Path, tmp_path: Path) -> None:
+def test_a_fault_that_changes(fault: Any, own: Path, updated: Path, tmp_path: Path) -> None:
     ledger = ("--ledger", str(own))
-    fault("1e-3")
-    assert proxyproof(tmp_path, *ledger, "--update-ledger")[0] == 0
+    lists_the_fault(own, updated)
     old = entries(own)
     own.write_text(own.read_text("utf-8").replace(UNEXPLAINED, "Someone understood it."), "utf-8")
 
@@ -162,10 +179,9 @@ def test_a_fault_that_moves_to_other_scenes(fault: Any, own: Path, tmp_path: Pat
     assert (status, states(data)) == (0, {"expected"})
 
 
-def test_other_versions_and_other_cells_are_unmatched(fault: Any, own: Path, tmp_path: Path) -> None:
-    fault("1e-3")
+def test_other_versions_and_other_cells_are_unmatched(fault: Any, own: Path, updated: Path, tmp_path: Path) -> None:
     ledger = ("--ledger", str(own))
-    assert proxyproof(tmp_path, *ledger, "--update-ledger")[0] == 0
+    lists_the_fault(own, updated)
     own.write_text(own.read_text("utf-8").replace('versions = ">=1.0"', 'versions = ">=1.0,<2"'), "utf-8")
 
     fault("", version="2.1")
@@ -211,11 +227,10 @@ def test_engines_that_are_lost_are_witnesses_too(fault: Any, own: Path, tmp_path
     assert {bucket["symptom"] for bucket in data["buckets"]} == {"process lost"}
 
 
-def test_a_second_ledger_is_read_and_the_last_is_written(fault: Any, own: Path, tmp_path: Path) -> None:
-    fault("1e-3")
+def test_a_second_ledger_is_read_and_the_last_is_written(fault: Any, own: Path, updated: Path, tmp_path: Path) -> None:
     other = tmp_path / "other" / "more.toml"
     other.parent.mkdir()
-    assert proxyproof(tmp_path, "--ledger", str(own), "--update-ledger")[0] == 0
+    lists_the_fault(own, updated)
     fault("flipped")
     assert proxyproof(tmp_path, "--ledger", str(own), "--ledger", str(other), "--update-ledger")[0] == 0
     assert entries(own) == []
@@ -226,13 +241,11 @@ def test_a_second_ledger_is_read_and_the_last_is_written(fault: Any, own: Path, 
     assert proxyproof(tmp_path, "--ledger", str(own), "--ledger", str(other))[0] == 0
 
 
-def test_entries_of_a_list_that_is_not_ours_are_retired(fault: Any, own: Path, tmp_path: Path) -> None:
+def test_entries_of_a_list_that_is_not_ours_are_retired(fault: Any, own: Path, updated: Path, tmp_path: Path) -> None:
     """What a package ships cannot be edited: the user's file says that it is over."""
-    fault("1e-3")
     shipped = tmp_path / "shipped" / "switched.toml"
     shipped.parent.mkdir()
-    assert proxyproof(tmp_path, "--ledger", str(shipped), "--update-ledger")[0] == 0
-    fault("")
+    lists_the_fault(shipped, updated)
     run = _run(Ledger.load([shipped], shipped=False))
     assert {note.state for note in run.ledger} == {State.STALE}
     theirs = Ledger.load([shipped], shipped=False)

@@ -135,6 +135,8 @@ def test_bad_input_is_refused_by_name(scene: Scene) -> None:
         containing(scene, [0, 0, 0])
     with pytest.raises(ShapeError, match="ray: expected a Ray"):
         pick(scene, ball)  # type: ignore[arg-type]
+    with pytest.raises(ShapeError, match="not cast at points"):
+        pick(Scene([ball, Point([9, 9, 9])]), Ray([5, 0, 0], [-1, 0, 0]))
     with pytest.raises(ShapeError, match="do not broadcast"):
         line_of_sight(scene, np.zeros((2, 3)), np.zeros((3, 3)))
     for numbers in (0, [0.5], ["a"]):
@@ -152,10 +154,19 @@ def test_bad_input_is_refused_by_name(scene: Scene) -> None:
         proof_of_absence(CUBE, Sphere([[5, 0, 0], [6, 0, 0]], 1.0))
 
 
+def test_a_line_of_sight_from_far_away_ends_where_it_is_said_to() -> None:
+    box = AABB([9.95e-6, 9.96e-6, 1.001e-5], [9.99e-6, 1e-5, 1.005e-5])
+    p, q = [10.06, 9.97, 10.03], [9.96e-6, 1e-5, 1.003e-5]  # on the box's face; p + (q - p) is not
+    assert line_of_sight(Scene([box]), p, q).blocker == 0
+    assert line_of_sight(Scene([box]), q, p).blocker == 0
+    assert line_of_sight(Scene([box]), p, [9.96e-6, 1e-5 + 1e-13, 1.003e-5]).free
+
+
 def test_a_line_of_sight_may_be_longer_than_the_largest_number() -> None:
-    ball = Scene([Sphere([0, 0, 0], 1.0), Sphere([0, 0, 5], 1.0)])
-    assert line_of_sight(ball, [-1.5e308, 0, 0], [1.5e308, 0, 0]).blocker == 0
-    assert line_of_sight(ball, [-1.5e308, 0, 2], [1.5e308, 0, 2]).free
+    balls = Scene([Sphere([0, 0, 0], 1e307), Sphere([0, 0, 1e308], 1e307)])
+    assert line_of_sight(balls, [-1.5e308, 0, 1e308], [1.5e308, 0, 1e308]).blocker == 1
+    assert line_of_sight(balls, [-1.5e308, 0, 2e307], [1.5e308, 0, 2e307]).free
+    assert line_of_sight(balls, [-1.5e308, 0, 0], [0, 0, 0]).blocker == 0
 
 
 # -- line of sight and location --------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -175,6 +176,24 @@ def test_unions_apart_are_true_and_ways_out_are_free(pair, regime):
         if -math.inf < told < 0:
             moved = b[i].translated(-told * found.normal[i])
             assert truth.signed_distance(a[i], moved) >= -3e-12 * max(size, -told), case(a, b, i)
+
+
+def test_half_spaces_face_each_other_exactly_or_not_at_all():
+    """Also where one normal is the other's times a power of two, or times a whole number, or is off in its last bit."""
+    rng = np.random.default_rng(3)
+    n = np.round(rng.normal(size=(300, 3)) * 2.0**20) * 2.0 ** rng.integers(-400, 400, 300)[:, None]
+    n[::4, 1] = 0.0
+    factors = np.array([1.0, 3.0, 2.0**-300, 2.0**300, -1.0])[np.arange(300) % 5]
+    m = -factors[:, None] * n
+    off = np.arange(300) % 7 == 0
+    m[off, 2] = np.nextafter(m[off, 2], 0.0)
+    gap = refimpl.distance(HalfSpace(n, np.zeros(300)), HalfSpace(m, np.zeros(300))).distance
+    for i in range(300):
+        u, v = [Fraction(x) for x in n[i].tolist()], [Fraction(x) for x in m[i].tolist()]
+        facing = not any(u[j] * v[k] - u[k] * v[j] for j, k in ((0, 1), (1, 2), (2, 0))) and u[0] * v[0] <= 0
+        facing = facing and sum(x * y for x, y in zip(u, v, strict=True)) < 0
+        assert (gap[i] == 0.0) == facing, (n[i], m[i])
+    assert 100 < np.count_nonzero(gap == 0.0) < 250
 
 
 def test_an_error_of_2e_14_is_seen():

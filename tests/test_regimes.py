@@ -58,8 +58,7 @@ WITH_THRESHOLDS = regimes_for(ENGINES)
 
 @pytest.mark.parametrize("pair", TABLE, ids=name_of)
 def test_a_shard_is_a_pure_function_of_seed_and_number(pair):
-    this, again = (named(pair, 5, 1) for _ in range(2))
-    assert this == again
+    this = named(pair, 5, 1)
     often = 1 if pair[0].header or pair[1].header else COMBINATIONS_EACH
     wanted = {(name, i) for name in WITH_THRESHOLDS for i in range(2 * often if name == COMBINED else 2)}
     assert this.keys() == wanted
@@ -68,8 +67,8 @@ def test_a_shard_is_a_pure_function_of_seed_and_number(pair):
         other = named(pair, seed, number, generic)
         assert len(other) == 2
         assert all(this[key] != bits for key, bits in other.items())
-    without = named(pair, 5, 1, REGIMES)
-    assert without == {key: bits for key, bits in this.items() if key[0] in REGIMES}
+    others = {name: regime for name, regime in WITH_THRESHOLDS.items() if name not in REGIMES}
+    assert named(pair, 5, 1, REGIMES) | named(pair, 5, 1, others) == this  # again, and of each regime alone
 
 
 def named(pair, seed, number, regimes=WITH_THRESHOLDS):

@@ -12,10 +12,12 @@ import pytest
 
 import refimpl
 from oracles.accuracy import Accuracy, Errors, Spread
+from oracles.batch import Batch
+from oracles.course import Course
 from oracles.outcome import COMPARED, FINDINGS, Kind, Related, Run, State, SupportNote, Verdict
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
-from refimpl import Composite, ConvexPolyhedron
-from refimpl.proof import Certificate, claims
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, IMPACT, RAYCAST
+from refimpl import Composite, ConvexPolyhedron, flat
+from refimpl.proof import Certificate, certify, certify_sweep, claims
 from reports import cells as cells_of_page
 from reports import findings, html, markdown, matrix, proofs, shapes, summary, tables, text
 from reports.content import what_ran
@@ -229,6 +231,7 @@ CLAIMS: list[tuple[claims.Claim, str]] = [
     (claims.Common(WEIGHTS, 1.5), "inside the solid, at a mean of vertices 2 and 7"),
     (claims.Core(((VECTOR, VECTOR),)), "nearer than the radii reach"),
     (claims.Core(((VECTOR, VECTOR),), ((0, 0, 0),)), "span 1 triangle around a ball"),
+    (claims.Core(((VECTOR, VECTOR),) * 3), "span a polygon of 3 corners around the origin"),
     (claims.Core(((VECTOR, VECTOR),), ((0, 0, 0),), directions=True), "go on for ever"),
     (claims.Inscribed(VECTOR, (VECTOR,) * 3, VECTOR, (VECTOR,) * 3, 0.25, (1, 1, 1)), "ball of radius 0.25"),
     (claims.Cover(TREE), "Planes across 3 directions part all convex parts"),
@@ -248,6 +251,40 @@ def test_every_claim_has_words() -> None:
         assert named in words
         assert words[0].isupper() or words[0] == "("
         assert words.endswith(".")
+
+
+def test_certificates_of_the_plane_have_its_words() -> None:
+    a, b = flat.Disc([0.0, 0.0], 1.0), flat.Rectangle([1.5, 1.5], [2.0, 3.0])
+    motions = Course.translating([4.0, 0.0, 0.0], [0.0, -4.0, 0.0]).flat_motions
+    said = [
+        proofs.proof_view(found, "", flat=True).claims
+        for found in (
+            certify(a, b),
+            certify(b, b),
+            certify(flat.FlatRay([0.0, 2.0], [1.0, 0.0]), b),
+            certify_sweep(a, b, *motions),
+        )
+    ]
+    words = " ".join(word for claims_said in said for word in claims_said)
+    assert "lines" in words.lower()
+    assert "plane" not in words.lower()
+    assert "span a polygon of" in words
+    places = re.findall(r"\([^()]*,[^()]*\)", words)
+    assert len(places) > 4
+    assert all(place.count(",") == 1 for place in places)
+    assert "Planes" in " ".join(proofs.proof_view(certify(a, b), "").claims)
+
+
+def test_motions_of_the_plane_have_its_numbers() -> None:
+    course = Course.translating([4.0, 0.5, 0.0], [0.0, 0.0, 0.0])
+    assert dict(findings.course_in_words(course, 2)) == {"A moves": "by (4.0, 0.5)", "B moves": "rests"}
+    batch = Batch.draw_impacts((flat.Disc, flat.Rectangle), 1, (0,), 1)[0]
+    motion = batch.scene(IMPACT, 3).impact
+    assert motion is not None
+    told = dict(findings.motion_in_words(motion, 2))
+    assert told["contact"].startswith(f"at ({float(motion.point[0])!r}, {float(motion.point[1])!r}), normal")
+    assert told["A moves"].endswith(f"inertia {float(motion.a.inertia[2, 2])!r}")
+    assert f"ω = {float(motion.a.angular_velocity[2])!r}," in told["A moves"]
 
 
 def test_direction_of_long_numbers_is_told_rounded() -> None:

@@ -125,9 +125,11 @@ def test_every_script_of_a_fresh_run_shows_what_its_report_says(
     folder.write(run, tmp_path)
     assert repros.main([str(tmp_path)]) == 0, capsys.readouterr().out
     assert f"{len(run.buckets)} of {len(run.buckets)} scripts show" in capsys.readouterr().out
-    first = next((tmp_path / "repro").glob("001-*"))
+    few = tmp_path / "few"
+    folder.write(replace(run, buckets=run.buckets[:4]), few)
+    first = next((few / "repro").glob("001-*"))
     first.write_text("print('all is well')\n")
-    assert repros.main([str(tmp_path), "--jobs", "2"]) == 1
+    assert repros.main([str(few), "--jobs", "2"]) == 1
     assert f"{first.name} ends with status 0: all is well" in capsys.readouterr().out
 
 

@@ -16,7 +16,8 @@ from oracles.answers import reference_answers, take
 from oracles.batch import Batch
 from oracles.claims import NEITHER, NOT_A_NUMBER, Questioned
 from oracles.draws import NumpyDraws
-from oracles.engine import COLUMNS, WIDTH, Answers, Status
+from oracles.engine import COLUMNS, WIDTH, Answers, Array, Effective, Status
+from oracles.engine import Kind as Type
 from oracles.outcome import Kind
 from oracles.regimes import REGIMES
 from oracles.rules import Rules
@@ -117,7 +118,7 @@ def sides_of(rules: Rules, cell: Cell, rows: Questioned) -> list[dict[str, Any]]
 def test_a_batch_is_screened_as_each_answer_alone(pair: tuple[type[Proxy], type[Proxy]]) -> None:
     seen: Counter[Kind] = Counter()
     for number, regime in enumerate(["generic", "touching", "deep", "aligned", "combined"]):
-        few = 4 if Polyhedron in pair or Composite in pair else 20 if Ray in pair else 8
+        few = 3 if Polyhedron in pair or Composite in pair else 12 if Ray in pair else 5
         a, b = REGIMES[regime](NumpyDraws(3, (number, 8), few * max(1, effort() // 12)), *pair)
         if isinstance(a, Ray):  # some from inside
             inside = (np.arange(len(a)) % 3 == 0)[:, None]
@@ -130,9 +131,8 @@ def test_a_batch_is_screened_as_each_answer_alone(pair: tuple[type[Proxy], type[
                 seen.update(found.kind)
                 for i in range(len(a)):
                     kind, symptom, amount, certain = one_by_one(rules, cell, a[[i]], b[[i]], take(answers, [i]))
-                    case = f"{regime} {query} {type(engine).__name__} {a[i]} {b[i]} {take(answers, [i])}"
-                    assert (found.kind[i], found.symptom[i], bool(found.certain[i])) == (kind, symptom, certain), case
-                    assert found.amount[i] == amount, case
+                    here = found.kind[i], found.symptom[i], bool(found.certain[i]), found.amount[i]
+                    assert here == (kind, symptom, certain, amount), (regime, query, engine, a[i], b[i], answers, i)
     assert {Kind.AGREES, Kind.WRONG, Kind.CONVENTION, Kind.CRASHED, Kind.TIMED_OUT} <= set(seen)
 
 
@@ -148,6 +148,38 @@ def test_the_error_is_that_of_the_value_before_any_tolerance() -> None:
         np.testing.assert_allclose(found.error[right.hit == 1], np.abs(off[right.hit == 1]), atol=1e-12)
         assert np.isnan(found.error[right.hit == 0]).all()
     assert np.isnan(screen(Rules(Exact()), Cell(BOOLEAN, Sphere, Box), a, b, answers).error).all()
+
+
+class Larger(AnyDepth):
+    """Declares that the depths of its contacts are not the pair's, and that it takes balls for larger ones."""
+
+    def effective(self, query: str, A: Type, rows_a: Array, B: Type, rows_b: Array) -> tuple[Effective, Effective]:
+        return Effective(A, rows_a + np.array([0.0, 0.0, 0.0, 0.25]), np.zeros(len(rows_a))), Effective.exactly(
+            B, rows_b
+        )
+
+
+def test_what_is_not_meant_to_be_the_depth_of_the_pair_is_measured_on_the_shapes_given() -> None:
+    a, b = Sphere(np.zeros((2, 3)), np.ones(2)), Sphere([[1.5, 0.0, 0.0], [1.0, 0.0, 0.0]], np.ones(2))
+    table = np.full((2, WIDTH), np.nan)
+    table[:, 0], table[:, 1] = 1.0, (-0.75, -1.0)  # the first is right of the larger ball, the second of the given one
+    table[:, 8:11] = (1.0, 0.0, 0.0)
+    answers = Answers.from_table(np.zeros(2, dtype=np.int8), table, {})
+    found = screen(Rules(Larger()), Cell(CONTACTS, Sphere, Sphere), a, b, answers)
+    np.testing.assert_allclose(found.error, [0.25, 0.0], atol=1e-12)
+    assert found.kind[0] is Kind.CONVENTION
+
+
+def test_no_upper_bound_of_a_depth_is_looked_for_where_no_claim_has_one() -> None:
+    """It is that of the other way out where it was looked for, and the same from below."""
+    draws = NumpyDraws(3, (0, 8), 40)
+    a, b = REGIMES["deep"](draws, Sphere, Composite)
+    wanted = np.arange(40) % 5 != 0
+    least, most = reference.signed(a, b, wanted)
+    alike, same = reference.signed(a, b, wanted, above=False)
+    np.testing.assert_array_equal(alike, least)
+    np.testing.assert_array_equal(same, least)
+    assert (most > least).any()
 
 
 def test_pressure_is_the_error_by_the_tolerance() -> None:

@@ -119,10 +119,10 @@ def test_sprites_are_as_on_one_canvas_and_as_pygame_has_them(
         assert place in second
 
 
-@settings(max_examples=40, deadline=None)
+@settings(SHARED, max_examples=30)
 @given(masks(), masks(), st.tuples(st.integers(-70, 70), st.integers(-70, 70)))
 def test_the_normal_is_where_the_area_falls(
-    a: np.ndarray[Any, Any], b: np.ndarray[Any, Any], offset: tuple[int, int]
+    how: str, a: np.ndarray[Any, Any], b: np.ndarray[Any, Any], offset: tuple[int, int]
 ) -> None:
     first, second = Sprite(a), Sprite(b, offset)
     found = collide(first, second)

@@ -119,10 +119,22 @@ def test_a_wrong_engine_is_caught_and_shown_by_small_masks(
     assert "b moved by" in markdown.render(run)
 
 
-def test_this_project_s_sprites_and_pygame_s_are_found_right() -> None:
+def test_masks_are_drawn_in_few_words() -> None:
+    mask = np.zeros((600, 600), dtype=bool)
+    mask[:300, 5:] = mask[599, :3] = True
+    case = Case("area", "large", Pair(mask, np.ones((2, 8), dtype=bool), (3, -4)).data())
+    a = "300 rows of .....#{595}, 299 rows of .{600}, ###.{597}"
+    assert Sprites().written(case) == f"b moved by (3, -4); a (600 × 600): {a}; b (8 × 2): 2 rows of ########"
+    empty = Case("area", "empty", Pair(mask[:0], np.ones((2, 0), dtype=bool), (0, 0)).data())
+    assert Sprites().written(empty).endswith("a (600 × 0): no rows; b (0 × 2): 2 rows of nothing")
+
+
+def test_this_project_s_sprites_and_pygame_s_are_found_right_and_a_report_says_of_what() -> None:
     pytest.importorskip("pygame")
-    for engine in Sprites.engines:
-        assert all(count.right == count.asked > 0 for count in question("sprites", engine, 1)[0])
+    counts = [count for engine in Sprites.engines for count in question("sprites", engine, 1)[0]]
+    assert all(count.right == count.asked > 0 for count in counts)
+    said = markdown.render(Run(0, 1.0, "2026-01-01T00:00:00+00:00", surveys=counts))
+    assert all(recipe.why in said for recipe in REGIMES.values())
 
 
 def test_nonsense_is_lost_and_damaged_cases_are_refused(cases: list[Case]) -> None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
+import time
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -16,7 +19,7 @@ from oracles.bench import Setup, Workshop
 from oracles.buckets import Buckets
 from oracles.fault import Known, unknown
 from oracles.filing import Filing
-from oracles.isolation import children
+from oracles.isolation import children, processes
 from oracles.isolation.children import Said, ask_apart
 from oracles.ledger import Ledger
 from oracles.outcome import Run
@@ -31,6 +34,7 @@ from reports.running import FINISHED, INCOMPLETE, REFERENCE_WRONG, exit_status
 from reports.summary import report_data, report_json, schema
 from tests import surveyed
 from tests.surveyed import Roots
+from tests.test_executors import gone
 
 
 @pytest.fixture(autouse=True)
@@ -127,6 +131,29 @@ def test_many_hangs_do_not_hold_up_a_run_and_crashes_lose_nothing_else(monkeypat
     assert hung[2].lost == "not asked any more: no answer within 0.1 s"
     crashed = asked(1.0, 1.0, 2.0, 1.0)
     assert ["SIGSEGV" in one.lost for one in crashed] == [True, True, False, True]
+
+
+def test_memory_beyond_the_limit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    cases = [Case("root", "", {"number": number}).to_json() for number in (1.0, 2.0)]
+    for limit, lost in ((1 << 27, "MemoryError: "), (1 << 30, "")):
+        monkeypatch.setattr(children, "MEMORY", limit)
+        first, second = ask_apart("oracles.surveys.survey:answerer", "tests.surveyed:Leaking math", cases, 2.0)
+        assert first.lost == lost
+        assert (second.answer, second.lost) == (math.sqrt(2), "")
+
+
+def test_no_child_is_left_when_the_campaign_is_killed() -> None:
+    asking = (
+        "from oracles.isolation.children import ask_apart; case = {'question': 'root', 'regime': '', 'data': "
+        "{'number': 4.0}}; ask_apart('oracles.surveys.survey:answerer', 'tests.surveyed:Fragile math', [case], 600.0)"
+    )
+    with subprocess.Popen([sys.executable, "-c", asking], cwd=Path(__file__).parents[1]) as parent:
+        patience = time.monotonic() + 30
+        while not (below := list(processes.below((parent.pid,)))) and time.monotonic() < patience:
+            time.sleep(0.01)
+        parent.kill()
+    assert below
+    assert all(gone(one.number, within=10.0) for one in below)
 
 
 def test_a_busy_machine_is_no_hang(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -82,7 +82,7 @@ def greatest_gap(a: Proxy, b: Proxy, rng: Any) -> float:
     n = rng.normal(size=(3000, 3))
     n /= np.linalg.norm(n, axis=-1, keepdims=True)
     best = n[np.argsort(gaps(a, b, n))[-8:]]
-    for step in 0.2 * 0.8 ** np.arange(70):
+    for step in 0.2 * 0.72 ** np.arange(50):
         around = best[:, None] + step * rng.normal(size=(len(best), 60, 3))
         around[:, 0] = best
         around /= np.linalg.norm(around, axis=-1, keepdims=True)

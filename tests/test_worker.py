@@ -156,17 +156,18 @@ def test_misuse_is_refused_in_words() -> None:
         (wrong.Raising, Status.ERROR, "ValueError: on purpose"),
     ],
 )
-@pytest.mark.parametrize("query", [DISTANCE, CONTACTS, BOOLEAN])
-def test_a_lost_scene_costs_only_itself(engine: type[Engine], fate: Status, text: str, query: str) -> None:
+def test_a_lost_scene_costs_only_itself(engine: type[Engine], fate: Status, text: str) -> None:
     x = (-1.0, 2.0, 0.0, 1.5, 2.5, -4.0)
-    answers, right = ask(engine, *x, query=query), ask(wrong.Honest, *x, query=query)
     lost = np.array(x) > 0
-    assert statuses(answers) == [fate if u else Status.ANSWERED for u in lost]
-    assert set(answers.errors) == set(np.flatnonzero(lost).tolist())
-    assert all(text in message for message in answers.errors.values())
-    np.testing.assert_array_equal(answers.distance[~lost], right.distance[~lost])
-    np.testing.assert_array_equal(answers.hit[~lost], right.hit[~lost])
-    assert np.isnan(answers.distance[lost]).all()
+    with worker(engine) as at_work, worker(wrong.Honest) as honest:
+        for query in (DISTANCE, CONTACTS, BOOLEAN):
+            answers, right = (w.answer(query, Sphere, Sphere, *balls(*x)) for w in (at_work, honest))
+            assert statuses(answers) == [fate if u else Status.ANSWERED for u in lost]
+            assert set(answers.errors) == set(np.flatnonzero(lost).tolist())
+            assert all(text in message for message in answers.errors.values())
+            np.testing.assert_array_equal(answers.distance[~lost], right.distance[~lost])
+            np.testing.assert_array_equal(answers.hit[~lost], right.hit[~lost])
+            assert np.isnan(answers.distance[lost]).all()
 
 
 def test_a_shape_that_an_engine_cannot_hold_is_no_error() -> None:

@@ -16,10 +16,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import suppress
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 
 from oracles.campaign import run_campaign
 from oracles.cluster import Cluster, ClusterUnavailable
@@ -27,11 +29,14 @@ from oracles.executors import Crew, Here
 from oracles.ledger import Ledger
 from oracles.outcome import Run
 from oracles.store import FOLDER, RecordError
+from reports import html, junit, markdown, sarif, terminal
+from reports.findings import bucket_views
+from reports.summary import report_json
 from tests.test_executors import gone
 from tests.wrong_engines import Crashing, HangingFarOut, OffByAShare, Slow, spec
 
 PAIRS = ["Sphere–Sphere"]
-EXAMPLES = 40
+EXAMPLES = 25
 """Of each attack: enough to find the fault, and to shrink it."""
 ROOT = Path(__file__).parents[1]
 
@@ -86,6 +91,18 @@ def record(recorded: tuple[Run, Path], tmp_path: Path) -> Path:
 def every(recorded: tuple[Run, Path]) -> int:
     """How many tasks the undisturbed run took."""
     return len(list((recorded[1] / FOLDER).iterdir()))
+
+
+def test_every_report_says_where_the_time_went(undisturbed: Run) -> None:
+    parts = {"scenes", f"engine {undisturbed.engines[0]}", "reference", "judge", "store"}
+    assert parts <= set(undisturbed.timing)
+    assert all(undisturbed.timing[part] > 0 for part in parts)
+    printed, views = StringIO(), bucket_views(undisturbed)
+    terminal.print_summary(undisturbed, Console(width=100, file=printed))
+    pages = [html.render(undisturbed), markdown.render(undisturbed), report_json(undisturbed), printed.getvalue()]
+    pages += [junit.render(undisturbed, views), sarif.render(undisturbed, views)]
+    for page in pages:
+        assert [part for part in parts if part not in page] == []
 
 
 @pytest.mark.parametrize("executor", [lambda: Crew(3), lambda: ThreadPoolExecutor(2)])

@@ -40,6 +40,15 @@ def place(kind: Kind, row: Row) -> Placed:
     return PLACED[kind](row)
 
 
+def sizes_of(placed: Placed) -> tuple[Any, ...]:
+    """What Pymunk's constructor of that name takes behind the body."""
+    return {
+        CIRCLE: (placed.radius, placed.points[0]),
+        SEGMENT: (*placed.points, placed.radius),
+        POLY: (placed.points,),
+    }[placed.geometry]
+
+
 def import_pymunk() -> Any:
     """Import the engine.
 
@@ -64,22 +73,12 @@ class Maker:
 
     def __call__(self, placed: Placed) -> Any:
         """Make a shape that can be asked; the caller keeps it while it asks."""
-        pymunk = self._pymunk
-        if placed.geometry == CIRCLE:
-            shape = pymunk.Circle(self._body, placed.radius, placed.points[0])
-        elif placed.geometry == SEGMENT:
-            shape = pymunk.Segment(self._body, *placed.points, placed.radius)
-        else:
-            shape = pymunk.Poly(self._body, placed.points)
+        shape = getattr(self._pymunk, placed.geometry)(self._body, *sizes_of(placed))
         shape.cache_bb()  # without it the engine looks for the shape at no place at all
         return shape
 
 
 def shape_text(name: str, placed: Placed) -> str:
     """Lines of a script that make a shape."""
-    sizes = {
-        CIRCLE: f"{placed.radius!r}, {placed.points[0]!r}",
-        SEGMENT: f"{', '.join(map(repr, placed.points))}, {placed.radius!r}",
-        POLY: repr(placed.points),
-    }
-    return f"{name} = pymunk.{placed.geometry}(body, {sizes[placed.geometry]})\n{name}.cache_bb()\n"
+    sizes = ", ".join(map(repr, sizes_of(placed)))
+    return f"{name} = pymunk.{placed.geometry}(body, {sizes})\n{name}.cache_bb()\n"

@@ -1,4 +1,4 @@
-"""The child that answers for an engine (`oracles.isolation.children`). It imports nothing but what its maker does."""
+"""The child that answers for an engine (`oracles.isolation.children`). It imports little but what its maker does."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
+from oracles.isolation.processes import accept_limits, end_with
+
 LONGEST = 500
 """Characters of a reason."""
 
@@ -17,7 +19,12 @@ Answerer = Callable[[Any], Any]
 
 
 def serve() -> None:
-    """Be the child: answer the questions on standard input; what the engine prints goes elsewhere."""
+    """Be the child: answer the questions on standard input; what the engine prints goes elsewhere.
+
+    It ends with its parent, even if it hangs by then, and gets no more memory than its parent says.
+    """
+    end_with(int(sys.argv[4]))
+    accept_limits(int(sys.argv[5]))
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     answerer = _made(*sys.argv[2:4])

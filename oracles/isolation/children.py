@@ -30,6 +30,8 @@ LARGEST = 1 << 26
 """Bytes of answers that are read of one child."""
 MOST_LOST = 3
 """Children that may be lost by time, or before they were ready, until the rest is given up."""
+MEMORY = 4 << 30
+"""Bytes that a child may have beyond those of Python."""
 READY = b"ready\n"
 NO_ANSWER = "the engine's process printed something that is no answer"
 NO_TIME = "no answer within"
@@ -72,7 +74,7 @@ def ask_apart(maker: str, spec: str, questions: Sequence[Any], each: float) -> l
 
 def _one_child(maker: str, spec: str, questions: Sequence[Any], each: float) -> tuple[list[Said], str, bool]:
     """Answers of one child, how it ended, and whether that was by time or before it was ready."""
-    command = [sys.executable, "-c", BOOT, json.dumps(sys.path), maker, spec]
+    command = [sys.executable, "-c", BOOT, json.dumps(sys.path), maker, spec, str(os.getpid()), str(MEMORY)]
     with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as asked:
         asked.writelines(json.dumps(question).encode() + b"\n" for question in questions)
         asked.seek(0)

@@ -6,7 +6,6 @@ All that it leaves is on the board: the scene that it is at, and the answers and
 from __future__ import annotations
 
 import os
-import resource
 import struct
 import time
 import traceback
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 
 from oracles.engine import WIDTH, Engine, Solver, Status, UnsupportedCell
 from oracles.isolation.board import CAREFUL_FOR, LONGEST_TEXT, PENDING, REMARKED, Board, Job, Phase
-from oracles.isolation.processes import end_with
+from oracles.isolation.processes import accept_limits, end_with
 from oracles.isolation.state import State
 
 BLOCK_TIME = 0.01
@@ -58,12 +57,7 @@ def _settle(memory_limit: int, parent: int) -> None:
     """Take a session of one's own, whose signals reach nobody else; end with the parent; accept limits."""
     end_with(parent)
     os.setsid()
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    with suppress(OSError, ValueError), open("/proc/self/statm", encoding="ascii") as told:
-        most = int(told.read().split()[5]) * resource.getpagesize() + HARD_LIMIT * memory_limit
-        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
-    with suppress(OSError), open("/proc/self/oom_score_adj", "w", encoding="ascii") as score:
-        score.write("1000")  # where memory runs out all the same, whoever else uses this machine is to live longer
+    accept_limits(HARD_LIMIT * memory_limit)
 
 
 class Hand:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import resource
 import signal
 import sys
 import time
@@ -112,6 +113,16 @@ def end_with(parent: int) -> None:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
+
+
+def accept_limits(memory: int) -> None:
+    """Have this process refused more than so many bytes beyond what it has, and leave no core behind."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    with suppress(OSError, ValueError), open("/proc/self/statm", encoding="ascii") as told:
+        most = int(told.read().split()[5]) * PAGE + memory
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+    with suppress(OSError), open("/proc/self/oom_score_adj", "w", encoding="ascii") as score:
+        score.write("1000")  # where memory runs out all the same, whoever else uses this machine is to live longer
 
 
 def end_marked(mark: str, patience: float = 5.0) -> None:

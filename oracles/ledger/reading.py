@@ -16,11 +16,11 @@ from typing import Any
 
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 
+from oracles import surveys
 from oracles.engine import NAME as ENGINE_NAME
 from oracles.fault import BROAD_PHASE, survey_query
 from oracles.ledger.entry import Entry, FirstSeen
 from oracles.scene import QUERIES, cells
-from oracles.surveys import SURVEYS
 
 MOST_BYTES = 1_000_000
 MOST_ENTRIES, MOST_ITEMS = 2_000, 64
@@ -169,7 +169,7 @@ def _pattern(value: Any, place: str) -> str:
 
 def _query(value: Any, place: str) -> str:
     pattern = _pattern(value, place)
-    names = (*QUERIES, BROAD_PHASE, *map(survey_query, SURVEYS))
+    names = (*QUERIES, BROAD_PHASE, *map(survey_query, surveys.SURVEYS))
     if not any(fnmatchcase(name, pattern) for name in names):
         raise LedgerError(f"{place} {repr(value)[:80]} fits no query; there are {', '.join(names)}")
     return pattern

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from itertools import groupby
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
@@ -23,8 +24,8 @@ SIDES = (1, 2, 31, 32, 33, 63, 64, 65, 100, 129)
 """Around the sides of machine words."""
 EACH = 8
 """Cases of each regime and question."""
-
-
+LONG = 9
+"""A run of so many pixels is written by its length."""
 TRIED = 18
 """Pixels in common that are tried alone."""
 
@@ -177,7 +178,7 @@ class Sprites(Survey):
     )
     questions: ClassVar = MappingProxyType(
         {
-            "overlap": "A pixel that both have, or that there is none; 1 where that is wrong",
+            "overlap": "A pixel that both have, or that there is none; what is wrong counts as off by 1",
             "area": "How many pixels both have; off by so many",
         }
     )
@@ -230,12 +231,22 @@ class Sprites(Survey):
                 yield Case(case.question, case.regime, simple.data())
 
     def written(self, case: Case) -> str:
-        """Masks as they are drawn, row by row."""
-        drawn = {name: " ".join(case.data[name]["rows"]) or "no rows" for name in ("a", "b")}
-        sizes = {name: f"{case.data[name]['width']} × {len(case.data[name]['rows'])}" for name in drawn}
-        return "; ".join(
-            (f"b moved by {tuple(case.data['offset'])}", *(f"{name} ({sizes[name]}): {drawn[name]}" for name in drawn))
-        )
+        """Masks as they are drawn, row by row; #{9} are nine solid pixels."""
+        masks = [case.data[name] for name in ("a", "b")]
+        sizes = [f"{mask['width']} × {len(mask['rows'])}" for mask in masks]
+        drawn = [f"{name} ({size}): {_drawn_rows(mask)}" for name, size, mask in zip("ab", sizes, masks, strict=True)]
+        return "; ".join((f"b moved by {tuple(case.data['offset'])}", *drawn))
+
+
+def _drawn_rows(mask: Mapping[str, Any]) -> str:
+    """Rows from the top, with long runs of pixels and of equal rows as numbers."""
+    found = []
+    for row, same in groupby(mask["rows"]):
+        runs = [(pixel, len(list(run))) for pixel, run in groupby(row)]
+        drawn = "".join(pixel * count if count < LONG else f"{pixel}{{{count}}}" for pixel, count in runs)
+        times = len(list(same))
+        found.append(f"{times} rows of {drawn or 'nothing'}" if times > 1 else drawn or "nothing")
+    return ", ".join(found) or "no rows"
 
 
 def _single(pair: Pair) -> Iterator[Pair]:

@@ -17,14 +17,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from refimpl.construct.cloud import Cloud
-from refimpl.construct.formulas import Exact, inner, less, square
+from refimpl.construct.formulas import Exact, Home, inner, less, square
 from refimpl.construct.outwards import least_root, nearest
 from refimpl.construct.sources import points_of
 from refimpl.linear import Array
 from refimpl.shapes import Sphere
 from refimpl.shapes.polytopes import USUAL_DIRECTIONS
 
-FEW = 4096  # farthest points that are gone through before all are asked again
+FEW = 2048  # points outside that are gone through before all are asked again
+NEAR = Fraction(1, 1 << 24)  # a ball whose centre moves by less than the root of this, in radii, is beside another
 LEAST_RADIUS = 5e-324  # a ball has some radius; around a single point, the least there is
 
 
@@ -35,6 +36,8 @@ class Ball(NamedTuple):
     square: Fraction
     touching: Sequence[int]
     weights: Sequence[Fraction]
+    home: Home
+    """It, or a ball a little beside it from which distances are known."""
 
 
 def sphere(points: ArrayLike) -> Sphere:
@@ -51,7 +54,8 @@ def sphere(points: ArrayLike) -> Sphere:
         See `points_of`; and for a sphere beyond the largest double.
     """
     cloud = Cloud(points_of(points))
-    return around(cloud, nearest(smallest_ball(cloud).center, cloud, "centre"))
+    ball = smallest_ball(cloud)
+    return around(cloud, nearest(ball.center, cloud, "centre"), ball)
 
 
 def fast_sphere(points: ArrayLike) -> Sphere:
@@ -89,24 +93,23 @@ def _moved_outwards(columns: Array, extreme: list[int]) -> Array:
     return np.asarray(center)
 
 
-def around(cloud: Cloud, center: Array) -> Sphere:
-    """Sphere about a centre in doubles, with the least radius that contains all points."""
+def around(cloud: Cloud, center: Array, ball: Ball | None = None) -> Sphere:
+    """Sphere about a centre in doubles, with the least radius that contains all points; near a ball that is known."""
     place = [cloud.inwards(v) for v in center.tolist()]
-    farthest = cloud.greatest(square(place)).value
+    home = Home.at(place, Fraction(0)) if ball is None else ball.home
+    farthest = cloud.greatest(home.beside(place, home.square)).value + home.square
     return Sphere(center, max(least_root(farthest, cloud, "sphere"), LEAST_RADIUS))
 
 
 def smallest_ball(cloud: Cloud) -> Ball:
     """Smallest enclosing ball of a cloud, exactly, in its units; each step is one pass over all points."""
-    ball = _ball_of({0: cloud.exact(0)})
-    outside, asked = np.arange(len(cloud.points)), set[int]()
-    while len(outside):
-        gap = cloud.columns[:, outside] - np.array([float(v) for v in ball.center])[:, None]
-        distance = gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]
-        few = min(FEW, len(outside))
-        asked |= set(outside[np.argpartition(distance, -few)[-few:]].tolist())
-        ball = _pivoted(ball, cloud, sorted({*asked, *ball.touching}))
-        outside = np.flatnonzero(~cloud.not_positive(square(ball.center, ball.square)))
+    ball, asked = _ball_of({0: cloud.exact(0)}), set[int]()
+    while len(outside := cloud.most_positive(ball.home.beside(ball.center, ball.square), FEW)):
+        asked |= set(outside.tolist())
+        home, ball = ball.home, _pivoted(ball, cloud, sorted({*asked, *ball.touching}))
+        moved = less(ball.center, home.center)
+        if inner(moved, moved) <= NEAR * ball.square:
+            ball = ball._replace(home=home)
     return ball
 
 
@@ -150,7 +153,8 @@ def _circumball(corners: Sequence[Exact], names: Sequence[int]) -> Ball | None:
         return None
     way = [sum((w * e[i] for w, e in zip(shares, edges, strict=True)), Fraction(0)) for i in range(3)]
     center = [a + b for a, b in zip(start, way, strict=True)]
-    return Ball(center, Fraction(inner(way, way)), tuple(names), weights)
+    size = Fraction(inner(way, way))
+    return Ball(center, size, tuple(names), weights, Home.at(center, size))
 
 
 def solved(matrix: list[list[Fraction]], right: list[Fraction]) -> list[Fraction] | None:

@@ -1,25 +1,35 @@
 """Many points, and polynomials over them: the exact greatest value, and the exact signs.
 
-Only where doubles cannot decide, twofold doubles are asked, and of what these leave open, fractions.
+Only where doubles cannot decide, longer ones are asked, and of what these leave open, fractions. Points that are hard
+to decide about are often one point, many times, of which one is asked.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refimpl.construct.enclosed import TINY, Enclosed, EnclosedTwice, grain_of, grain_of_number
-from refimpl.construct.formulas import Polynomial, along
-from refimpl.impacts.twofold import Twofold
+from refimpl.construct.enclosed import (
+    EXTENDED,
+    TINY,
+    Enclosed,
+    EnclosedExtended,
+    EnclosedTwice,
+    grain_of,
+    grain_of_number,
+)
+from refimpl.construct.formulas import Polynomial, Shared, along
 from refimpl.linear import Array, Bools
 
 BLOCK = 1 << 14  # points that stay in the processor's cache from one operation to the next
+Names: TypeAlias = NDArray[np.int64]
+MANY = 4  # of so many points one has to be asked, for what is shared to be computed for all
 MIX = (np.uint64(0x9E3779B97F4A7C15), np.uint64(0xC2B2AE3D27D4EB4F))
+QUICK: tuple[type[Enclosed], ...] = (Enclosed, EnclosedExtended) if EXTENDED else (Enclosed,)
 LEAST = 2.0**-960  # what is smaller may have lost bits when it was scaled
 
 
@@ -56,6 +66,7 @@ class Cloud:
         self.columns = scaled(np.ascontiguousarray(points.T), -self.exponent)
         small = self.exponent > 0 and bool(np.any((np.abs(self.columns) < LEAST) & (points.T != 0)))
         self._lost = TINY if small else 0.0
+        self._kept: tuple[Polynomial, type[Enclosed], Any] | None = None
 
     def exact(self, index: int) -> list[Fraction]:
         """A point, in units of 2^exponent."""
@@ -72,16 +83,20 @@ class Cloud:
     def _settled(self, formula: Polynomial, found: Enclosed, side: int = 1) -> Greatest:
         """The same, where the values in doubles are known, or for a side of −1 their opposites."""
         found = found if side > 0 else -found
-        chosen = np.flatnonzero(found.may_be_greatest())
-        if found.error == 0:
-            return Greatest(found.exactly(int(chosen[0])), int(chosen[0]))
-        if len(chosen) > 1:
-            found = self._computed(formula, EnclosedTwice, chosen)
-            best = np.flatnonzero(found.may_be_greatest())
-            chosen = chosen[best]
+        chosen = best = np.flatnonzero(found.may_be_greatest())
+        for arithmetic in (*QUICK[1:], EnclosedTwice):
             if found.error == 0:
                 return Greatest(found.exactly(int(best[0])), int(chosen[0]))
-        values = {i: formula(self.exact(i), Fraction) for i in self._different(chosen)}
+            if arithmetic is EnclosedTwice:
+                chosen = chosen[self._distinct(chosen)[0]]
+            if len(chosen) == 1:
+                break
+            found = self._computed(formula, arithmetic, chosen)
+            best = np.flatnonzero(found.may_be_greatest())
+            chosen = chosen[best]
+        if found.error == 0:
+            return Greatest(found.exactly(int(best[0])), int(chosen[0]))
+        values = {i: formula(self.exact(i), Fraction) for i in chosen.tolist()}
         index = max(values, key=values.__getitem__)
         return Greatest(values[index], index)
 
@@ -103,58 +118,91 @@ class Cloud:
     def not_positive(self, formula: Polynomial) -> Bools:
         """Where a polynomial is at most 0, exactly."""
         answer = np.zeros(len(self.points), dtype=bool)
-        left: Any = None
-        for arithmetic in (Enclosed, EnclosedTwice):
+        left = np.arange(len(self.points))
+        for arithmetic in QUICK:
             least, more = self._signs(formula, arithmetic, left)
-            names = np.arange(len(self.points)) if left is None else left
-            answer[names[least]] = True
-            left = names[~(least | more)]
+            answer[left[least]] = True
+            left = left[~(least | more)]
             if not len(left):
                 return answer
-        known: dict[bytes, bool] = {}  # points that are hard to decide about are often one point, many times
-        for i in left.tolist():
-            key = self.points[i].tobytes()
-            if key not in known:
-                known[key] = formula(self.exact(i), Fraction) <= 0
-            answer[i] = known[key]
+        first, same = self._distinct(left)
+        answer[left] = self._decided(formula, left[first])[same]
         return answer
 
-    @cached_property
-    def _grain(self) -> int:
-        """All coordinates are whole multiples of 2^grain."""
-        return grain_of(self.columns)
+    def _decided(self, formula: Polynomial, names: Names) -> Bools:
+        """The same of some points, by the slower arithmetics."""
+        answer, more = self._signs(formula, EnclosedTwice, names)
+        for i in np.flatnonzero(~(answer | more)).tolist():
+            answer[i] = formula(self.exact(names[i]), Fraction) <= 0
+        return answer
+
+    def most_positive(self, formula: Polynomial, most: int) -> Names:
+        """Some of the points at which a polynomial is more than 0; none only where there is none.
+
+        They are what the quickest arithmetic that is sure of any is sure of: half of them those where the polynomial
+        is most, half from all over the others.
+        """
+        left = np.arange(len(self.points))
+        for arithmetic in QUICK:
+            found = self._computed(formula, arithmetic, left)
+            least, more = found.signs()
+            outside = np.flatnonzero(more)
+            if len(outside) > most:
+                highest = np.argpartition(found.value[outside], -most // 2)[-most // 2 :]
+                outside = outside[np.union1d(highest, np.arange(0, len(outside), 2 * len(outside) // most + 1))]
+            if len(outside):
+                return np.asarray(left[outside])
+            left = left[~least]
+            if not len(left):
+                return np.asarray(left)
+        left = left[self._distinct(left)[0]]
+        return np.asarray(left[~self._decided(formula, left)][:most])
 
     def _signs(self, formula: Polynomial, arithmetic: type[Enclosed], chosen: Any) -> tuple[Bools, Bools]:
-        parts = [part.signs() for part in self._blocks(formula, arithmetic, chosen)]
-        least, more = (np.concatenate(sides) for sides in zip(*parts, strict=True))
-        return least, more
+        signs: tuple[Bools, Bools] = self._computed(formula, arithmetic, chosen).signs()
+        return signs
 
     def _computed(self, formula: Polynomial, arithmetic: type[Enclosed], chosen: Any) -> Any:
-        return arithmetic.joined(self._blocks(formula, arithmetic, chosen))
+        """Values of a polynomial at some points (None: all), in one arithmetic; of a shared one by what is kept."""
+        chosen = None if chosen is not None and len(chosen) == len(self.points) else chosen
+        many = chosen is None or MANY * len(chosen) >= len(self.points)
+        if not isinstance(formula, Shared) or arithmetic is Enclosed or not many:
+            return arithmetic.joined(self._blocks(formula, arithmetic, chosen))
+        if self._kept is None or self._kept[:2] != (formula.base, arithmetic):
+            self._kept = formula.base, arithmetic, self._computed(formula.base, arithmetic, None)
+        return self._kept[2][chosen] + self._computed(formula.rest, Enclosed, chosen)
 
     def _blocks(self, formula: Polynomial, arithmetic: type[Enclosed], chosen: Any) -> list[Enclosed]:
         """Values of the polynomial at some points (None: all), in one arithmetic, block by block."""
         columns = self.columns if chosen is None else self.columns[:, chosen]
         twice, lost = arithmetic is EnclosedTwice, self._lost
-        grain = None
-        if twice and not lost:
-            grain = grain_of(columns) if columns.shape[1] <= BLOCK else self._grain
+        grain = grain_of(columns) if twice and not lost else None
         of = _taking_in(arithmetic, twice)
         found = []
         for start in range(0, columns.shape[1], BLOCK):
             block = columns[:, start : start + BLOCK]
-            x = [arithmetic(Twofold(c) if twice else c, lost, grain) for c in block]
+            x = [arithmetic(arithmetic.lifted(c), lost, grain) for c in block]
             found.append(_filled(formula(x, of), block.shape[1]))
         return found
 
-    def _different(self, chosen: NDArray[np.int64]) -> list[int]:
-        """The same points without repetition, as far as a hash of their coordinates tells them apart for sure."""
-        given = np.ascontiguousarray(self.points[chosen])
+    def _distinct(self, chosen: Names) -> tuple[Names, Names]:
+        """Which of some points differ, nearly all of them, and to which of these each is equal."""
+        given = np.ascontiguousarray(self.points.T[:, chosen]) if self._lost else self.columns[:, chosen]
         bits = given.view(np.uint64)
-        mixed = (bits[:, 0] * MIX[0] + bits[:, 1]) * MIX[1] + bits[:, 2]
-        _, first, back = np.unique(mixed, return_index=True, return_inverse=True)
-        alone = np.any(given != given[first][back], axis=1)  # two points with one hash: both are kept
-        return [int(i) for i in chosen[np.union1d(first, np.flatnonzero(alone))]]
+        mixed = (bits[0] * MIX[0] + bits[1]) * MIX[1] + bits[2]
+        like, left = np.arange(len(chosen)), np.arange(len(chosen))
+        for factor in (np.uint64(1), *MIX):  # of those with one hash of 16 bits the last is kept, and what equals it
+            hashed = (mixed[left] * factor) >> np.uint64(48)
+            last = np.zeros(1 << 16, dtype=np.int64)
+            last[hashed] = left
+            other = last[hashed]
+            same = np.all([column[other] == column[left] for column in given], axis=0)
+            like[left[same]] = other[same]
+            like = like[like]
+            left = np.flatnonzero(like == np.arange(len(like)))
+        place = np.zeros(len(like), dtype=np.int64)
+        place[left] = np.arange(len(left))
+        return left, place[like]
 
 
 def scaled(numbers: Array, exponent: int) -> Array:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from refimpl.linear import Array
 
@@ -15,6 +16,19 @@ Exact: TypeAlias = Sequence[Fraction]
 Taking: TypeAlias = Callable[[Fraction], Any]
 Polynomial: TypeAlias = Callable[[Sequence[Any], Taking], Any]
 """A formula of +, − and × of the coordinates x, y, z and of constants, which the second argument takes in."""
+
+
+@dataclass(frozen=True)
+class Shared:
+    """A polynomial that is also the sum of one that others share, whose values are kept, and of a small one."""
+
+    whole: Polynomial
+    base: Polynomial
+    rest: Polynomial
+
+    def __call__(self, x: Sequence[Any], of: Taking, /) -> Any:
+        """Compute it as a whole."""
+        return self.whole(x, of)
 
 
 def rational(numbers: Array, cloud: Cloud) -> list[Fraction]:
@@ -64,6 +78,25 @@ def square(center: Exact, minus: Fraction = Fraction(0)) -> Polynomial:
     return formula
 
 
+class Home(NamedTuple):
+    """A ball, and its polynomial, which those of balls a little beside it share."""
+
+    center: Exact
+    square: Fraction
+    formula: Polynomial
+
+    @classmethod
+    def at(cls, center: Exact, size: Fraction) -> Home:
+        """Home of a ball by its squared radius."""
+        return cls(center, size, square(center, size))
+
+    def beside(self, center: Exact, size: Fraction) -> Shared:
+        """Squared distance from another centre, less another squared radius."""
+        way = [2 * (h - c) for h, c in zip(self.center, center, strict=True)]
+        level = inner(self.center, self.center) - self.square - inner(center, center) + size
+        return Shared(square(center, size), self.formula, along(way, level))
+
+
 def _cross(u: Sequence[Any], v: Sequence[Any]) -> list[Any]:
     return [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 
@@ -103,6 +136,8 @@ def along(way: Exact, level: Fraction = Fraction(0)) -> Polynomial:
 
     def formula(x: Sequence[Any], of: Taking) -> Any:
         terms = [_times(a, w, of) for a, w in zip(x, way, strict=True) if w]
+        if not terms:
+            return of(-level)
         total = terms[0]
         for term in terms[1:]:
             total = total + term

@@ -1,4 +1,4 @@
-"""Area, centroid and polar moment of flat proxies of uniform density 1: the mass properties of the plane."""
+"""Area, centroid and radius of gyration of flat proxies of uniform density: the mass properties of the plane."""
 
 from __future__ import annotations
 
@@ -23,20 +23,27 @@ class AreaProperties:
     Attributes
     ----------
     area : (...), length²
-        0 of what is only a segment or a point.
+        0 of what is only a segment or a point; infinite beyond the largest float.
     centroid : (..., 2), length
-    moment : (...), length⁴
-        Polar second moment of area about the centroid: times the density, the moment of inertia about the axis that
-        stands on the plane there.
+    gyration : (...), length²
+        Square of the radius of gyration about the centroid, which is the mean of the squared distance from there: times
+        the mass, the moment of inertia about the axis that stands on the plane there. Of a `Segment` without a radius
+        that of a thin rod; of a polygon without area 0.
     """
 
     area: Array
     centroid: Array
-    moment: Array
+    gyration: Array
+
+    @property
+    def moment(self) -> Array:
+        """Polar second moment of area about the centroid (...), length⁴."""
+        with np.errstate(over="ignore", under="ignore"):
+            return np.asarray(self.area * self.gyration)[()]
 
 
 def area_properties(shape: Proxy) -> AreaProperties:
-    """Area, centroid and polar moment of a flat solid.
+    """Area, centroid and radius of gyration of a flat solid.
 
     Raises
     ------
@@ -48,35 +55,38 @@ def area_properties(shape: Proxy) -> AreaProperties:
         raise UnsupportedOperation(f"a {type(shape).__name__} has no area: it is not a bounded flat solid")
     exponent = power_of_two(shape.magnitude)
     found = rule(shape.times_power(-exponent))
-    return AreaProperties(
-        np.ldexp(found.area, 2 * exponent)[()],
-        np.ldexp(found.centroid, exponent[..., None]),
-        np.ldexp(found.moment, 4 * exponent)[()],
-    )
+    with np.errstate(over="ignore", under="ignore"):
+        return AreaProperties(
+            np.ldexp(found.area, 2 * exponent)[()],
+            np.ldexp(found.centroid, exponent[..., None]),
+            np.ldexp(found.gyration, 2 * exponent)[()],
+        )
 
 
 def _disc(s: Disc) -> AreaProperties:
-    area = math.pi * s.radius**2
-    return AreaProperties(area, s.center, area * s.radius**2 / 2)
+    return AreaProperties(math.pi * s.radius**2, s.center, s.radius**2 / 2)
 
 
 def _rectangle(b: Rectangle) -> AreaProperties:
     sides = b.upper - b.lower
-    area = sides[..., 0] * sides[..., 1]
-    return AreaProperties(area, b.reference_point, area * dot(sides, sides) / 12)
+    return AreaProperties(sides[..., 0] * sides[..., 1], b.reference_point, dot(sides, sides) / 12)
 
 
 def _segment(s: Segment) -> AreaProperties:
-    """A bar of the length by twice the radius, and two halves of a disc, whose centroids lie 4 r / 3 π outwards."""
+    """A bar of the length by twice the radius, and two halves of a disc, whose centroids lie 4 r / 3 π outwards.
+
+    Both areas are taken by the radius, so that a rod without any has a weight, too.
+    """
     length, r = norm(s.q - s.p), s.radius
-    bar, halves = 2 * r * length, math.pi * r**2
+    bar, halves = 2 * length, math.pi * r
     of_bar = bar * (length**2 + 4 * r**2) / 12
     of_halves = halves * (r**2 / 2 + length**2 / 4 + length * (4 * r / (3 * math.pi)))
-    return AreaProperties(bar + halves, s.reference_point, of_bar + of_halves)
+    whole = bar + halves
+    return AreaProperties(r * whole, s.reference_point, (of_bar + of_halves) / np.where(whole > 0, whole, 1.0))
 
 
 def _polygon(b: ConvexPolygon) -> AreaProperties:
-    """Sums over the triangles from the first corner; for the moment, from the centroid, where all have one sign.
+    """Sums over the triangles from the first corner; for the gyration, from the centroid, where all have one sign.
 
     The sums go corner by corner, so that a row of a batch adds up as it does alone. Mirtich, Fast and Accurate
     Computation of Polyhedral Mass Properties, 1996, in the plane.
@@ -92,7 +102,8 @@ def _polygon(b: ConvexPolygon) -> AreaProperties:
     for u, v in _sides(corners, middle):
         moment = moment + _cross(u, v) * (dot(u, u) + dot(u, v) + dot(v, v))
     flat = (twice == 0)[..., None]
-    return AreaProperties(twice / 2, np.where(flat, b.reference_point, middle), moment / 12)
+    gyration = moment / np.where(twice > 0, 6 * twice, 1.0)
+    return AreaProperties(twice / 2, np.where(flat, b.reference_point, middle), gyration)
 
 
 def _sides(corners: Array, about: Array) -> Any:

@@ -78,16 +78,20 @@ class FlatBody:
     ) -> FlatBody:
         """Give the body that a flat solid is when its density, mass per area, is uniform.
 
-        Give a density or a mass; a mass of infinity makes an immovable body.
+        Give a density or a mass; a mass of infinity makes an immovable body. A `Segment` without a radius has no area,
+        but with a mass it is a thin rod.
         """
         if (density is None) == (mass is None):
             raise ShapeError("FlatBody.of: give either a density or a mass")
         plate = area_properties(proxy)
-        refuse("FlatBody.of", np.asarray(plate.area), plate.area <= 0, "the proxy must have an area")
+        size = plate.area if mass is None else plate.gyration
+        refuse("FlatBody.of", np.asarray(plate.area), size <= 0, "the proxy must have an area, or a mass and a length")
+        huge = np.isinf(plate.area) & (mass is None)
+        refuse("FlatBody.of", np.asarray(plate.area), huge, "the area is beyond the largest float: give a mass")
         total = np.asarray(density * plate.area if mass is None else mass, dtype=np.float64)
         refuse("FlatBody.of", total, ~(total > 0), "density and mass must be positive")
         moves = np.isfinite(total)
-        moment = np.where(moves, total, 1.0) * (plate.moment / plate.area)
+        moment = np.where(moves, total, 1.0) * plate.gyration
         return cls(plate.centroid, velocity, angular_velocity, np.where(moves, 1.0 / total, 0.0), moment)
 
     def solid(self) -> bodies.RigidBody:

@@ -18,7 +18,7 @@ from refimpl.flat.tiles import ACROSS, INSIDE, TILE, look
 
 LOOKS = 4
 """Tiles that are looked at, one by one, before rows are."""
-ROWS = 16
+ROWS = 24
 """Rows that are asked, one by one, before all words are scanned."""
 POPULATION = np.array([number.bit_count() for number in range(256)], dtype=np.uint8)
 """Bits of each byte, where numpy does not count them."""
@@ -48,7 +48,7 @@ COMPILED = Compiled()
 def compile_scans(calls: int = WORTH_COMPILING) -> bool:
     """Compile the kernels for this process, if so many calls are worth it and numba is installed; whether they are.
 
-    It takes a second, and three more when that has not been done before on this machine.
+    It takes half a second, and two more when that has not been done before on this machine.
     """
     if COMPILED.meet is None and is_compiled(module := module_for("masks", calls)):
         for name in Compiled.__slots__:

@@ -15,7 +15,7 @@ from refimpl.linear import Array
 from refimpl.lookup.scene import Scene, require_scene
 from refimpl.queries import raycast
 from refimpl.results import RayHit
-from refimpl.shapes import Ray, ShapeError
+from refimpl.shapes import Point, Ray, ShapeError
 from refimpl.signs import Indices
 
 NOTHING = -1
@@ -41,12 +41,19 @@ def pick(scene: Scene, ray: Ray) -> Pick:
     """Find the first proxy on each ray (...).
 
     An answer is proven by `certify(ray, scene[number])`, which encloses its time, and by the same of the others that
-    the ray may meet (`scene.near_ways`), which come no sooner. Raises ShapeError for anything but rays of space.
+    the ray may meet (`scene.near_ways`), which come no sooner.
+
+    Raises
+    ------
+    ShapeError
+        For anything but rays of space, and for scenes with points, which have no surface.
     """
     if not isinstance(ray, Ray):
         raise ShapeError(f"ray: expected a Ray, got {type(ray).__name__}")
+    if any(isinstance(batch, Point) for batch in require_scene(scene).solids.batches):
+        raise ShapeError("scene: rays are not cast at points; pick in a scene of the solids alone")
     rays = ray.flattened()
-    near = require_scene(scene).near_ways(rays.origin, rays.direction, np.inf)
+    near = scene.near_ways(rays.origin, rays.direction, np.inf)
     entry = _entries(scene, rays, near)
     order = np.lexsort((near[:, 1], entry, near[:, 0]))
     near, entry = near[order], entry[order]

@@ -52,9 +52,11 @@ class Scene:
 
     def near_ways(self, start: Array, way: Array, length: float) -> Indices:
         """Rows and numbers (K, 2), sorted, of the ways start + t·way (n, 3), 0 ≤ t ≤ length, and what they may meet."""
-        size = np.max(np.abs(start), axis=-1) + (np.max(np.abs(way), axis=-1) * length if np.isfinite(length) else 0.0)
+        far = np.max(np.abs(way), axis=-1) * length if np.isfinite(length) else 0.0
+        with np.errstate(over="ignore"):
+            size = np.max(np.abs(start), axis=-1) + far
         moving = np.any(way != 0, axis=-1)
-        cast = moving & (size <= REACH * self.size)
+        cast = moving & np.isfinite(size) & (size <= REACH * self.size)
         found = [np.empty((0, 2), dtype=np.int64)]
         rows = np.flatnonzero(cast)
         if len(rows):
@@ -64,7 +66,9 @@ class Scene:
         if len(rows):
             with np.errstate(over="ignore", invalid="ignore"):
                 ends = np.where(way[rows] == 0, start[rows], start[rows] + length * way[rows])
-            near = self.boxes.query_boxes(np.minimum(start[rows], ends), np.maximum(start[rows], ends))
+                off = (GROWN if np.isfinite(length) else 0.0) * size[rows, None]  # a finite end is rounded
+                low, high = np.minimum(start[rows], ends) - off, np.maximum(start[rows], ends) + off
+            near = self.boxes.query_boxes(low, high)
             found.append(np.stack([rows[near[:, 0]], near[:, 1]], axis=-1))
         every = np.concatenate(found)
         return every[np.lexsort((every[:, 1], every[:, 0]))]

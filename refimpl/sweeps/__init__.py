@@ -7,6 +7,9 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from refimpl.flat.base import Flat
@@ -19,10 +22,19 @@ from refimpl.shapes import Point, Ray
 from refimpl.sweeps.stepping import SteppedHit, stepped
 from refimpl.sweeps.swept import SweptShape, swept
 from refimpl.sweeps.translations import decided, doubts, earliest, in_doubles, sweep_translation
-from refimpl.sweeps.triangles import Touch, edge_edge, vertex_face
 from refimpl.sweeps.unions import UNIONS, Convex, over_pieces
 
 __all__ = ["SteppedHit", "SweepHit", "SweptShape", "Touch", "edge_edge", "stepped", "sweep", "swept", "vertex_face"]
+
+if TYPE_CHECKING:
+    from refimpl.sweeps.triangles import Touch, edge_edge, vertex_face
+else:
+
+    def __getattr__(name: str) -> object:
+        """Import what is of moving triangles when it is first named: it brings all proofs with it."""
+        if name in ("Touch", "edge_edge", "vertex_face"):
+            return getattr(import_module("refimpl.sweeps.triangles"), name)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 @np.errstate(under="ignore")

@@ -10,6 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from oracles.scene import Scene
+from oracles.world import is_flat
 from refimpl import support
 from refimpl.linear import Array, norm
 from refimpl.proof import Certificate, Common, Escape, Near, Part, Separated
@@ -271,7 +272,8 @@ def _plane(claim: Separated | Escape, scene: Scene, frame: Frame) -> Iterator[Ma
         return
     level = levels[0] if isinstance(claim, Escape) else sum(levels) / len(levels)
     if abs(level) <= 1.2:
-        yield Mark("proof", "plane", level * n, n, "way out" if isinstance(claim, Escape) else "separating plane")
+        parting = "separating line" if is_flat(scene.b) else "separating plane"
+        yield Mark("proof", "plane", level * n, n, "way out" if isinstance(claim, Escape) else parting)
 
 
 def _level(shape: Proxy, n: Array, frame: Frame, claim: Separated | Escape | None) -> float | None:

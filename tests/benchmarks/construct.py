@@ -28,13 +28,17 @@ REPEATS = 2
 
 
 def clouds(count: int) -> dict[str, Array]:
-    """Points as they come, far from the origin, on a sphere, and of a mesh's grid."""
+    """Points as they come, far from the origin, all on a sphere or a circle, few many times, and of a mesh's grid."""
     rng = np.random.default_rng(0)
     normal = rng.normal(size=(count, 3))
+    angle = rng.random(count) * 2 * np.pi
+    turn = np.linalg.qr(normal[:3])[0]
     return {
         "normal": normal,
         "far away": normal + 1e6,
         "on a sphere": normal / np.linalg.norm(normal, axis=1)[:, None],
+        "on a circle": np.stack([np.cos(angle), np.sin(angle), np.zeros(count)], axis=1) @ turn,
+        "corners of a cube": rng.choice([-1.0, 1.0], size=(count, 3)) @ turn + 0.3,
         "coplanar grid": np.stack([*rng.integers(0, 1000, size=(2, count)), np.full(count, 7)], axis=1).astype(float),
     }
 

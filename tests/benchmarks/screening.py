@@ -1,17 +1,19 @@
-"""Bulk screening against an engine's bare loop: ``python -m tests.benchmarks.screening``.
+"""Bulk screening against an engine's bare loop: ``python -m tests.benchmarks.screening [--write] [types or pairs]``.
 
 For every pair the same scenes are answered twice: by the engines alone, whose solvers are called in a loop over rows
 that are ready, and as a campaign has them answered: drawn, sent to a worker, compared with the reference, judged and
 counted. Times are those of the processor, of all processes that take part, in microseconds for one scene and query;
 what is compiled once is so before. The last column is the rate of screening by that of the loop.
 
-All 88 pairs are measured with as many scenes as the largest pass of a campaign has, and a summary names those below a
-half. ``--each=N`` asks for so many scenes of each regime, ``--engines=fcl`` for some engines, ``--part=2/4`` for every
-fourth pair, beginning with the second; names such as ``Box–Polyhedron``, or of one type, for the pairs with these.
+All 88 pairs are measured with as many scenes as the largest pass of a campaign has, or half of them where there are
+most, and a summary names those below a half. ``--each=N`` asks for so many scenes of each regime, ``--engines=fcl`` for
+some engines, ``--part=2/4`` for every fourth pair, beginning with the second; names such as ``Box–Polyhedron``, or of
+one type, for the pairs with these. With ``--write`` the ratios are kept where those of the reference's rates are.
 
-Scenes in which the engine hangs or ends its process are no part of the comparison, for a bare loop does not outlive
-them. What a loss costs the campaign (a new process, and what was asked since the last check once more) stands in a
-column of its own, `lost`.
+The bare loop is asked about a part of each batch, and then about more of all until it has taken `ENOUGH`. Scenes in
+which the engine hangs or ends its process are no part of the comparison, for a bare loop does not outlive them: where
+there are some, a part of the others is asked once more, alone. What a loss costs the campaign (a new process, and
+what was asked since the last check once more) stands in a column of its own, `lost`.
 """
 
 from __future__ import annotations
@@ -37,17 +39,25 @@ from oracles.engine import Answers, Engine, Status
 from oracles.engines import load_engine
 from oracles.judges import Judges
 from oracles.plan import LARGEST_PASS
+from oracles.reference import is_quick
 from oracles.regimes import regimes_for
 from oracles.scene import Cell, cells
 from oracles.worker import EngineWorker
 from refimpl.compiling import WORTH_COMPILING, batch_of
 from refimpl.pairs import TABLE
+from tests.accuracy import merge
 
 ENGINES = ("fcl", "bullet")
 CALL_LIMIT = 0.1
 """Seconds for a call: those that hang are in neither time."""
 LOOP_LIMIT = 60.0
-PIECE = 100
+PIECE, ENOUGH = 50, 0.5
+"""Rows that the bare loop is asked about at once; seconds after which its rate in a query of a pair is known, once some
+rows of every batch were asked."""
+MOST_EACH = 400
+"""Scenes of a regime: of pairs with a closed form, of which a campaign has twice as many, more change nothing."""
+AGAIN = 4
+"""One row in so many is asked once more where others were lost."""
 HALF = 0.5
 """Rate of screening by that of the loop which is aimed at."""
 LOST = (Status.CRASHED, Status.TIMED_OUT, Status.SKIPPED)
@@ -77,6 +87,12 @@ class Times:
         self.asked, self.bare, self.wall = self.asked + other.asked, self.bare + other.bare, self.wall + other.wall
         self.lost += other.lost
         self.parts.update(other.parts)
+
+    def scale(self, factor: float) -> None:
+        """Take these for those of so many times as many scenes."""
+        self.wall *= factor
+        for part in self.parts:
+            self.parts[part] *= factor
 
     @property
     def screening(self) -> float:
@@ -169,8 +185,10 @@ class Bench:
     def _screen(self, name: str, cell: Cell, batch: Batch, times: Times) -> Answers:
         answers, asking = self._answered(name, cell, batch, np.arange(len(batch)))
         there = np.flatnonzero(~np.isin(answers.status, LOST))
-        if len(there) < len(batch):  # once more, without those at which it is lost
-            whole, (_, asking) = asking.screening, self._answered(name, cell, batch, there)
+        if 0 < len(there) < len(batch):
+            whole, again = asking.screening, there[:: max(1, min(AGAIN, len(there) // PIECE))]
+            _, asking = self._answered(name, cell, batch, again)
+            asking.scale(len(there) / len(again))
             times.lost += whole - asking.screening
         times.add(asking)
         watch.taken()
@@ -195,31 +213,44 @@ class Bench:
 
 
 Rows = list[list[float]]
-Piece = tuple[str, Rows, Rows]
-"""Rows of one query for the bare loop, of both sides."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Rows of one query for the bare loop, of both sides; `first` of their batch and query or not."""
+
+    query: str
+    a: Rows
+    b: Rows
+    first: bool
 
 
 def _pieces(batches: list[Batch], answered: dict[str, list[NDArray[np.bool_]]]) -> Iterator[Piece]:
-    """What is to be asked, in the order in which it was screened; without what crashes or hangs."""
-    for i, batch in enumerate(batches):
-        rows_a, rows_b = batch.rows
-        for query, there in answered.items():
-            for start in range(0, len(batch), PIECE):
-                rows = start + np.flatnonzero(there[i][start : start + PIECE])
-                yield query, rows_a[rows].tolist(), rows_b[rows].tolist()
+    """What is to be asked, without what crashes or hangs: some rows of each batch and all regimes, by all queries.
+
+    What an engine keeps of the last few shapes thus serves all queries, as it does in the screening.
+    """
+    steps = [-(-len(batch) // PIECE) for batch in batches]
+    for part in range(max(steps)):
+        for i, batch in enumerate(batches):
+            rows_a, rows_b = batch.rows
+            for query, there in answered.items():
+                rows = np.flatnonzero(there[i])[part :: steps[i]]
+                if part < steps[i] and len(rows):
+                    yield Piece(query, rows_a[rows].tolist(), rows_b[rows].tolist(), part == 0)
 
 
 def _bare(name: str, pair: PairKey, pieces: list[Piece]) -> Counter[str]:
     """Seconds that the engine alone takes for each query, in a process that knows nothing of the scenes yet.
 
-    A piece in which the engine is lost all the same counts like the others of its query.
+    A piece that is not asked, or in which the engine is lost all the same, counts like the others of its query.
     """
     context = multiprocessing.get_context("forkserver")
     seconds: Counter[str] = Counter()
     asked: Counter[str] = Counter()
     done: Counter[str] = Counter()
-    for query, rows, _ in pieces:
-        asked[query] += len(rows)
+    for piece in pieces:
+        asked[piece.query] += len(piece.a)
     at = 0
     while at < len(pieces):
         here, there = context.Pipe(duplex=False)
@@ -228,8 +259,9 @@ def _bare(name: str, pair: PairKey, pieces: list[Piece]) -> Counter[str]:
         there.close()
         try:
             while at < len(pieces) and here.poll(LOOP_LIMIT):
-                seconds[pieces[at][0]] += here.recv()
-                done[pieces[at][0]] += len(pieces[at][1])
+                if (took := here.recv()) is not None:
+                    seconds[pieces[at].query] += took
+                    done[pieces[at].query] += len(pieces[at].a)
                 at += 1
         except EOFError:
             pass
@@ -242,16 +274,22 @@ def _bare(name: str, pair: PairKey, pieces: list[Piece]) -> Counter[str]:
 def _loops(channel: Any, name: str, pair: PairKey, pieces: list[Piece]) -> None:
     engine = load_engine(name)
     engine.warm()
-    solvers = {query: engine.solver(query, *pair) for query in {piece[0] for piece in pieces}}
-    for query, rows_a, rows_b in pieces:
-        solve = solvers[query]
+    solvers = {query: engine.solver(query, *pair) for query in {piece.query for piece in pieces}}
+    spent: Counter[str] = Counter()
+    for piece in pieces:
+        if spent[piece.query] > ENOUGH and not piece.first:
+            channel.send(None)
+            continue
+        solve = solvers[piece.query]
         began = time.process_time()
-        for a, b in zip(rows_a, rows_b, strict=True):
+        for a, b in zip(piece.a, piece.b, strict=True):
             try:
                 solve(a, b)
             except Exception:
                 continue
-        channel.send(time.process_time() - began)
+        took = time.process_time() - began
+        spent[piece.query] += took
+        channel.send(took)
 
 
 def _chosen(arguments: list[str]) -> list[tuple[int, str, PairKey]]:
@@ -266,6 +304,11 @@ def _chosen(arguments: list[str]) -> list[tuple[int, str, PairKey]]:
 
 def _option(arguments: list[str], name: str, default: str) -> str:
     return next((word.partition("=")[2] for word in arguments if word.startswith(f"--{name}=")), default)
+
+
+def _scenes_each(pair: PairKey) -> int:
+    each = scenes_each(pair, LARGEST_PASS)
+    return min(each, MOST_EACH) if is_quick(*pair) else each
 
 
 def summary(pairs: dict[str, Times]) -> str:
@@ -286,7 +329,7 @@ def main(arguments: list[str]) -> None:
     total, of_engine, of_pair = Times(), {name: Times() for name in engines}, dict[str, Times]()
     print(HEADER)
     for number, name, pair in _chosen(arguments):
-        each = int(_option(arguments, "each", str(scenes_each(pair, LARGEST_PASS))))
+        each = int(_option(arguments, "each", str(_scenes_each(pair))))
         together = of_pair[name] = Times()
         with batch_of(WORTH_COMPILING):  # as parts of a campaign, however small
             bench.measure(pair, 10_000 + number, 3)  # compiles and imports
@@ -296,6 +339,8 @@ def main(arguments: list[str]) -> None:
             together.add(times)
             of_engine[engine].add(times)
         print(together.line(name), flush=True)
+        if "--write" in arguments and together.asked:
+            merge({name: {"screening": together.ratio}})
         total.add(together)
     for engine, times in of_engine.items():
         print(times.line(engine))
