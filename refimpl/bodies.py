@@ -8,14 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from refimpl.fields import IDENTITY
 from refimpl.impacts.bodies import RigidBody
 from refimpl.linear import Array, Bools, apply, as_floats, quaternion_product, rotation_matrix, scale
 from refimpl.mass import MassProperties, mass_properties
 from refimpl.proxy import Proxy, ShapeError
 from refimpl.signs import Indices
 from refimpl.volumes import bounding_volume, require_around
-
-IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False, init=False)

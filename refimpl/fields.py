@@ -25,6 +25,10 @@ class UnsupportedOperation(TypeError):
     """A proxy was asked for something its type does not have; the text names the type that does."""
 
 
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+"""The quaternion of no rotation."""
+
+
 def number(*, minimum: float | None = None, open_end: bool = False, default: Any = None) -> Any:
     """Declare a field of one number per proxy, with the least value it may have."""
     rules = {"tail": (), "minimum": minimum, "open_end": open_end, "length": True}

@@ -70,8 +70,14 @@ class Record:
             )
             if ends == fixed and 0 not in ends:
                 return
-        wanted = " × ".join(str(n) for n in fixed)
-        raise ShapeError(f"{self._name(name)}: expected {wanted} numbers, got an array of shape {value.shape}")
+        wanted = " × ".join(str(sizes.get(n, n) if isinstance(n, str) else n) for n in fixed)
+        text = f"{self._name(name)}: expected {wanted} numbers, got an array of shape {value.shape}"
+        raise ShapeError(text + self._hint(name, value))
+
+    def _hint(self, name: str, value: Array) -> str:
+        """What an array of a wrong shape may be meant as; empty where nothing suggests itself."""
+        del name, value
+        return ""
 
     def _check(self, spec: Any, value: Array) -> None:
         rules = spec.metadata

@@ -22,8 +22,10 @@ import numpy as np
 
 from refimpl.bodies import Body, State
 from refimpl.broadphase import BroadPhase, ColumnSweep, Numbered
+from refimpl.fields import ShapeError
+from refimpl.impacts.reading import at_least_zero, real, share
 from refimpl.impacts.response import respond
-from refimpl.linear import Bools, as_floats
+from refimpl.linear import Bools
 from refimpl.queries import collide, intersect
 from refimpl.results import CollisionData
 from refimpl.signs import Indices
@@ -84,6 +86,11 @@ class World:
     stages : dict of str to Stage
         What happened to the pairs, by the names in `STAGES`, until `reset_counters` is called.
 
+    Raises
+    ------
+    ShapeError
+        For what is no body, and numbers that no impact has.
+
     Notes
     -----
     Two static bodies never collide; one that has a velocity moves with it, whatever it meets. The box of a body without
@@ -101,7 +108,12 @@ class World:
         early_reject: bool = True,
     ) -> None:
         self.bodies = tuple(bodies)
-        self.restitution, self.friction, self.gravity = restitution, friction, as_floats(gravity)
+        for number, body in enumerate(self.bodies):
+            if not isinstance(body, Body):
+                raise ShapeError(f"bodies[{number}]: expected a Body, got {type(body).__name__}: Body(proxy) makes one")
+        share("restitution", restitution)
+        at_least_zero("friction", friction)
+        self.restitution, self.friction, self.gravity = restitution, friction, real("gravity", gravity, 3)
         self.early_reject = early_reject
         self.state = State.of(self.bodies)
         self._colliders = Numbered.by_form([body.collider for body in bodies])

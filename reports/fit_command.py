@@ -102,12 +102,19 @@ def fit(
     from refimpl.proxy import ShapeError  # noqa: PLC0415
     from reports import scorecards  # noqa: PLC0415
     from reports.console import console, facts, fitted  # noqa: PLC0415
+    from reports.folder import FolderError, require_writable  # noqa: PLC0415
 
     kinds = chosen_kinds(proxy or ())
     robot = Robot(link, shapes, root)
     name, solid = read(model, repair or (), scale, robot)
     if repair:
         name = f"{name} after {', '.join(repair)}"
+    stem = "-".join([model.stem, *re.findall(r"[\w.]+", link)])
+    folder = Path(f"{stem}-proxies") if out is None else out
+    try:
+        require_writable(folder)
+    except FolderError as error:
+        raise options.BadInput(str(error)) from None
     shown = console()
     with shown.status("building proxies") as status:
         try:
@@ -120,8 +127,6 @@ def fit(
     shown.print(scorecards.caption(card))
     shown.print(fitted(made, shown.width))
     shown.print(facts(scorecards.MEANING))
-    stem = "-".join([model.stem, *re.findall(r"[\w.]+", link)])
-    folder = Path(f"{stem}-proxies") if out is None else out
     save(card, folder, mass)
     shown.print(f"\n{text.visible(folder / 'index.html', limit=1000)}", soft_wrap=True)
     return FINISHED

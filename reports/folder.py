@@ -34,18 +34,22 @@ def prepare(folder: Path) -> None:
     FolderError
         When it is a file, or may not be written.
     """
-    if folder.exists() and not folder.is_dir():
-        raise FolderError(f"{str(folder)!r} is a file: name a folder with --out")
     if (folder / "index.html").exists() and not (folder / "report.json").exists():
         raise FolderError(
             f"{str(folder)!r} holds an index.html that is no report of ours: name another folder with --out"
         )
+    for place in (folder, *(folder / name for name in BELOW)):
+        require_writable(place)
+
+
+def require_writable(folder: Path) -> None:
+    """Make a folder, and see that it can be written to; raises `FolderError`."""
+    if folder.exists() and not folder.is_dir():
+        raise FolderError(f"{str(folder)!r} is a file: name a folder with --out")
     try:
-        for name in BELOW:
-            (folder / name).mkdir(parents=True, exist_ok=True)
-        for place in (folder, *(folder / name for name in BELOW)):
-            with tempfile.TemporaryFile(dir=place):
-                pass
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
     except OSError as error:
         raise FolderError(_refused(folder, error)) from None
 

@@ -236,9 +236,10 @@ def _campaign(question: dict[str, Any], executor: Any, out: Path, *, resume: boo
     from reports.console import console  # noqa: PLC0415
 
     shown, progress = console(), console(sys.stderr)
+    budget = None if question["passes"] else question["budget"]
     try:
         folder.prepare(out)
-        with one_stop(), terminal.progress(progress, question["budget"]) as listener:
+        with one_stop(), terminal.progress(progress, budget) as listener:
             found = run_campaign(**question, listener=listener, executor=executor(), folder=out, resume=resume)
     except (folder.FolderError, EngineUnavailable, ModelError, RecordError, ClusterUnavailable) as error:
         raise BadInput(str(error)) from None

@@ -44,8 +44,8 @@ class Progress(Protocol):
         """Show how far the run is."""
 
 
-def progress(console: Console, budget: float) -> Progress:
-    """Live display on a terminal, a plain line now and then elsewhere."""
+def progress(console: Console, budget: float | None) -> Progress:
+    """Live display on a terminal, a plain line now and then elsewhere. Without a budget the end is not known."""
     live = console.is_terminal and not console.is_dumb_terminal
     return LiveProgress(console, budget) if live else PlainProgress(console, budget)
 
@@ -53,7 +53,7 @@ def progress(console: Console, budget: float) -> Progress:
 class PlainProgress:
     """A line at the start, and one every ten seconds."""
 
-    def __init__(self, console: Console, budget: float) -> None:
+    def __init__(self, console: Console, budget: float | None) -> None:
         self.console, self.budget = console, budget
         self._next = PLAIN_EVERY
 
@@ -67,7 +67,8 @@ class PlainProgress:
 
     def started(self, engines: Sequence[str], cells: int) -> None:
         """Say what is asked."""
-        self._print(f"asking {_engines(engines)}: {text.plural(cells, 'cell')}, {text.seconds(self.budget)}")
+        time = "" if self.budget is None else f", {text.seconds(self.budget)}"
+        self._print(f"asking {_engines(engines)}: {text.plural(cells, 'cell')}{time}")
 
     def advanced(self, run: Run, elapsed: float) -> None:
         """Say how far the run is, when it is time again."""
@@ -88,7 +89,7 @@ class PlainProgress:
 class LiveProgress:
     """A bar, the verdicts so far and the latest buckets, redrawn in place."""
 
-    def __init__(self, console: Console, budget: float) -> None:
+    def __init__(self, console: Console, budget: float | None) -> None:
         self.console, self.budget = console, budget
         self._live = Live(console=console, auto_refresh=False, transient=True)
         self._asked = Text("starting the engines")
@@ -122,7 +123,7 @@ class LiveProgress:
         bar = RichTable.grid(padding=(0, 2))
         pace = f"{text.count(round(compared / elapsed))}/s" if elapsed > 0 else ""
         bar.add_row(
-            ProgressBar(self.budget, min(elapsed, self.budget), width=32),
+            ProgressBar(self.budget, min(elapsed, self.budget or 0.0), width=32),
             _clock(elapsed, self.budget),
             f"{text.count(compared)} compared",
             pace,
@@ -146,7 +147,9 @@ def _engines(engines: Sequence[str]) -> str:
     return " and ".join(map(text.visible, engines))
 
 
-def _clock(elapsed: float, budget: float) -> str:
+def _clock(elapsed: float, budget: float | None) -> str:
+    if budget is None:
+        return text.seconds(round(elapsed))
     late = " (finishing)" if elapsed > budget else ""
     return f"{text.seconds(round(elapsed))} of {text.seconds(budget)}{late}"
 

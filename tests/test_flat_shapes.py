@@ -40,6 +40,7 @@ EXAMPLES: list[Flat] = [
         (lambda: Segment((0, 0), (1, 0), -1), "Segment.radius must be at least 0"),
         (lambda: Rectangle((0, 0), (1, -1)), "Rectangle.upper must not be below Rectangle.lower"),
         (lambda: FlatRay((0, 0), (0, 0)), "FlatRay.direction must not be zero"),
+        (lambda: ConvexPolygon([(1, 0), (0, 1)]), "expected 2 × 3 numbers, .*; of corners, use from_vertices"),
         (lambda: ConvexPolygon([(1, 0, 0)]), r"unbounded along"),
         (lambda: ConvexPolygon([(1, 0, -1), (-1, 0, -1)]), r"unbounded along \(0.0, 1.0\)"),
         (lambda: ConvexPolygon([(1, 0, 0), (0, 1, 0)]), "unbounded"),

@@ -126,6 +126,11 @@ def test_rays_are_no_part_of_a_scene() -> None:
 
 def test_bad_input_is_refused_by_name(scene: Scene) -> None:
     ball = Sphere([0, 0, 0], 1.0)
+    for ask, *rest in ((containing, [[0, 0, 0]]), (pick, Ray([0, 0, 0], [1, 0, 0])), (in_view, CUBE)):
+        with pytest.raises(ShapeError, match=r"scene: expected a Scene, got list: Scene\(proxies\) makes one"):
+            ask([ball], *rest)  # type: ignore[operator]
+    with pytest.raises(ShapeError, match="scene: expected a Scene, got Sphere"):
+        line_of_sight(ball, [0, 0, 0], [0, 0, 1])  # type: ignore[arg-type]
     with pytest.raises(ShapeError, match=r"points: expected shape \(n, 3\)"):
         containing(scene, [0, 0, 0])
     with pytest.raises(ShapeError, match="ray: expected a Ray"):

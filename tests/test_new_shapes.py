@@ -93,6 +93,11 @@ def kind(shape):
             "planes must have a normal that is not zero",
         ),
         (lambda: ConvexPolyhedron(CUBE, rotation=[0, 0, 0, 0]), "ConvexPolyhedron.rotation must not be zero"),
+        (
+            lambda: ConvexPolyhedron(np.eye(3)),
+            "expected 3 × 4 numbers, got an array of shape (3, 3); of corners, use from_",
+        ),
+        (lambda: ConvexPolyhedron.from_vertices([]), "ConvexPolyhedron.vertices: expected n × 3 numbers, got"),
         (lambda: ConvexPolyhedron(CUBE, [1, 2]), "ConvexPolyhedron.position: expected 3 numbers"),
         (lambda: ConvexPolyhedron([CUBE] * 2, np.zeros((3, 3))), "do not broadcast: planes (2,), position (3,)"),
         (

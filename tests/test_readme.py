@@ -8,6 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from oracles.adapters import require_sound
+from oracles.engine import Answers, faults
+from oracles.engines import load_engine
+from oracles.judges import Judges
+from oracles.outcome import Kind
+from oracles.scene import BOOLEAN, DISTANCE, Scene
+from refimpl import Sphere
 from reports import cli
 
 ROOT = Path(__file__).parents[1]
@@ -41,6 +48,21 @@ def test_the_example_runs_and_says_the_truth() -> None:
             assert value == (100_000,)
         else:
             assert value[0] == value[1] == np.float64(0.5)
+
+
+def test_the_adapter_to_start_from_is_sound_and_right(tmp_path: Path) -> None:
+    text = (ROOT / "oracles" / "engines" / "README.md").read_text("utf-8")
+    code = re.search(r"```python\n(.*?)```", text, re.DOTALL)
+    assert code
+    (tmp_path / "mine.py").write_text(code[1], "utf-8")
+    engine = load_engine(f"{tmp_path / 'mine.py'}:Mine")
+    require_sound(engine)
+    a, b = Sphere([1, 2, 3], 0.5), Sphere([1, 6, 6], 1.5)
+    for query in (DISTANCE, BOOLEAN):
+        row = np.array([engine.solver(query, Sphere, Sphere)(a.pack().tolist(), b.pack().tolist())])
+        assert faults(query, engine.says(query, Sphere, Sphere), row) == {}
+        answers = Answers.from_table(np.zeros(1, dtype=np.int8), row, {})
+        assert Judges(engine).convict(Scene(query, a, b, "generic"), answers).kind is Kind.AGREES
 
 
 def test_ci_runs_the_test_line() -> None:

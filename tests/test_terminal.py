@@ -29,6 +29,19 @@ def test_live_display_shows_the_run() -> None:
     assert f"{len(run.buckets)} buckets" in shown
 
 
+@pytest.mark.parametrize("live", [True, False])
+def test_a_run_of_passes_is_not_told_to_end_in_time(live: bool) -> None:
+    console = Console(file=io.StringIO(), force_terminal=live, width=100, _environ={"TERM": "xterm"})
+    with terminal.progress(console, None) as progress:
+        progress.started(["fcl"], 484)
+        progress.advanced(sample_run(), 73.0)
+    shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", console.file.getvalue())  # type: ignore[attr-defined]
+    assert "484 cells" in shown
+    assert "73\u202fs" in shown
+    assert " of " not in shown
+    assert "finishing" not in shown
+
+
 def test_live_display_is_not_redrawn_for_every_answer() -> None:
     console = Console(file=io.StringIO(), force_terminal=True, width=100, _environ={"TERM": "xterm"})
     run = sample_run()

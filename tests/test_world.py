@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
@@ -367,3 +368,18 @@ def test_mixed_proxies_come_back_as_they_were(crowd: Crowd) -> None:
 def test_an_empty_world_steps() -> None:
     world = World([], broad_phase=BruteForce())
     assert len(world.step(1.0).pairs) == 0
+
+
+@pytest.mark.parametrize(
+    ("bodies", "options", "why"),
+    [
+        ([Sphere([0, 0, 0], 1)], {}, r"bodies\[0\]: expected a Body, got Sphere: Body\(proxy\) makes one"),
+        ([], {"restitution": 2}, "restitution: must be from 0 to 1"),
+        ([], {"friction": -1}, "friction: must be at least 0"),
+        ([], {"gravity": [0, 0, np.nan]}, "gravity: must be finite"),
+        ([], {"gravity": 9.81}, "gravity: expected"),
+    ],
+)
+def test_a_world_of_nonsense_is_refused(bodies: Any, options: dict[str, Any], why: str) -> None:
+    with pytest.raises(ShapeError, match=why):
+        World(bodies, **options)

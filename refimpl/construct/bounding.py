@@ -39,6 +39,6 @@ def bounding(source: Any, kind: str) -> Proxy:
     ConstructionError
         For a kind that there is none of, and as the functions themselves.
     """
-    if kind not in KINDS:
-        raise ConstructionError(f"there is no bounding volume {kind!r}; there are {', '.join(KINDS)}")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise ConstructionError(f"there is no bounding volume {kind!r:.80}; there are {', '.join(KINDS)}")
     return KINDS[kind](source)

@@ -42,7 +42,7 @@ class ConvexPolygon(Flat, Deriving):
 
     header: ClassVar[int] = 2
     derives_first: ClassVar[bool] = True
-    numbers: Array = rows("count", "width")
+    numbers: Array = rows("n", "width")
 
     given: ClassVar[str]
 
@@ -63,6 +63,10 @@ class ConvexPolygon(Flat, Deriving):
     def _fit(self, name: str, value: Array, tail: Any, sizes: dict[str, int]) -> None:
         sizes.setdefault("width", 3 if self.given == "lines" else 2)
         super()._fit(name, value, tail, sizes)
+
+    def _hint(self, name: str, value: Array) -> str:
+        corners = self.given == "lines" and name == "numbers" and value.shape[-1:] == (2,)
+        return "; of corners, use from_vertices" if corners else ""
 
     def _store(self, columns: list[Array]) -> None:
         object.__setattr__(self, "given", "lines" if columns[0].shape[-1] == 3 else "vertices")

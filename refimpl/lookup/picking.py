@@ -12,7 +12,7 @@ import numpy as np
 
 from refimpl.broadphase.slabs import clipped
 from refimpl.linear import Array
-from refimpl.lookup.scene import Scene
+from refimpl.lookup.scene import Scene, require_scene
 from refimpl.queries import raycast
 from refimpl.results import RayHit
 from refimpl.shapes import Point, Ray, ShapeError
@@ -50,7 +50,7 @@ def pick(scene: Scene, ray: Ray) -> Pick:
     """
     if not isinstance(ray, Ray):
         raise ShapeError(f"ray: expected a Ray, got {type(ray).__name__}")
-    if any(isinstance(batch, Point) for batch in scene.solids.batches):
+    if any(isinstance(batch, Point) for batch in require_scene(scene).solids.batches):
         raise ShapeError("scene: rays are not cast at points; pick in a scene of the solids alone")
     rays = ray.flattened()
     near = scene.near_ways(rays.origin, rays.direction, np.inf)

@@ -79,3 +79,10 @@ class Scene:
         for which in np.unique(batch).tolist():
             some = np.flatnonzero(batch == which)
             yield some, self.solids.batches[which][place[some]]
+
+
+def require_scene(scene: Scene) -> Scene:
+    """Check that something is a scene; raises `ShapeError`."""
+    if not isinstance(scene, Scene):
+        raise ShapeError(f"scene: expected a Scene, got {type(scene).__name__}: Scene(proxies) makes one")
+    return scene

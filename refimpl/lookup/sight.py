@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from refimpl.linear import Bools
-from refimpl.lookup.scene import Scene
+from refimpl.lookup.scene import Scene, require_scene
 from refimpl.queries import intersect
 from refimpl.shapes import Capsule, Point, ShapeError
 from refimpl.signs import Indices
@@ -64,7 +64,7 @@ def line_of_sight(scene: Scene, p: ArrayLike, q: ArrayLike, apart_from: Collecti
     segments = Capsule(first.reshape(-1, 3), second.reshape(-1, 3), np.zeros(first.size // 3))
     with np.errstate(over="ignore"):  # ways that have no end are asked as boxes
         way = segments.q - segments.p
-    near = scene.near_ways(segments.p, way, 1.0)
+    near = require_scene(scene).near_ways(segments.p, way, 1.0)
     near = near[~np.isin(near[:, 1], uncounted)]
     between = np.zeros(len(near), dtype=bool)
     for some, proxies in scene.by_type(near[:, 1]):

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from refimpl.bounds import aabb
 from refimpl.lookup.culling import culled_by, planes_of, shows
-from refimpl.lookup.scene import Scene
+from refimpl.lookup.scene import Scene, require_scene
 from refimpl.queries import intersect
 from refimpl.shapes import AABB, ConvexPolyhedron, Point, ShapeError
 from refimpl.signs import Indices
@@ -31,7 +31,7 @@ def containing(scene: Scene, points: ArrayLike) -> Indices:
     where = Point(points)
     if len(where.batch_shape) != 1:
         raise ShapeError(f"points: expected shape (n, 3), got {where.position.shape}")
-    near = scene.boxes.query_points(where.position)
+    near = require_scene(scene).boxes.query_points(where.position)
     inside = np.zeros(len(near), dtype=bool)
     for some, proxies in scene.by_type(near[:, 1]):
         inside[some] = intersect(where[near[some, 0]], proxies)
@@ -46,7 +46,7 @@ def in_view(scene: Scene, frustum: ConvexPolyhedron) -> Indices:
     """
     planes_of(frustum)
     around = aabb(frustum)
-    near = scene.boxes.query_boxes(around.lower[None], around.upper[None])[:, 1]
+    near = require_scene(scene).boxes.query_boxes(around.lower[None], around.upper[None])[:, 1]
     low, high = scene.boxes.lower[near], scene.boxes.upper[near]
     bounded = np.all(np.isfinite(low) & np.isfinite(high), axis=-1)
     kept = np.ones(len(near), dtype=bool)

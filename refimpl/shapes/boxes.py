@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from refimpl.derived import Derived, of_hulls
+from refimpl.fields import IDENTITY
 from refimpl.hulls import hull_of_box
 from refimpl.linear import Array, apply_inverse, rotation_matrix, scale
 from refimpl.proxy import UnsupportedOperation, as_offset, turned, turned_frame, vector
@@ -76,15 +77,16 @@ class Box(Polytope):
         At least 0; zeros make the box flat.
     rotation : (..., 4)
         Quaternion (x, y, z, w) of any non-zero length; R is the rotation matrix of its direction.
+        By default none.
     """
 
     center: Array = vector()
     half_extents: Array = vector(minimum=0.0)
-    rotation: Array = vector(width=4, nonzero=True, length=False)
+    rotation: Array = vector(width=4, nonzero=True, length=False, default=IDENTITY)
 
     if TYPE_CHECKING:
 
-        def __init__(self, center: ArrayLike, half_extents: ArrayLike, rotation: ArrayLike) -> None: ...
+        def __init__(self, center: ArrayLike, half_extents: ArrayLike, rotation: ArrayLike = ...) -> None: ...
 
     @property
     def reference_point(self) -> Array:

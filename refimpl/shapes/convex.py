@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from refimpl.derived import Derived, of_planes, of_vertices, repeats
+from refimpl.fields import IDENTITY
 from refimpl.linear import Array, apply, largest, power_of_two, rotation_matrix, scale
 from refimpl.proxy import as_offset, rows, shifted, turned, turned_frame, vector
 from refimpl.shapes.polytope import Polytope
-
-IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -41,7 +40,7 @@ class ConvexPolyhedron(Polytope):
 
     header: ClassVar[int] = 2
     derives_first: ClassVar[bool] = True
-    numbers: Array = rows("count", "width")
+    numbers: Array = rows("n", "width")
     position: Array = vector()
     rotation: Array = vector(width=4, nonzero=True, length=False)
 
@@ -76,6 +75,10 @@ class ConvexPolyhedron(Polytope):
     def _fit(self, name: str, value: Array, tail: Any, sizes: dict[str, int]) -> None:
         sizes.setdefault("width", 4 if self.given == "planes" else 3)
         super()._fit(name, value, tail, sizes)
+
+    def _hint(self, name: str, value: Array) -> str:
+        corners = self.given == "planes" and name == "numbers" and value.shape[-1:] == (3,)
+        return "; of corners, use from_vertices" if corners else ""
 
     def _store(self, columns: list[Array]) -> None:
         object.__setattr__(self, "given", "planes" if columns[0].shape[-1] == 4 else "vertices")

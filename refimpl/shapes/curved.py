@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from refimpl.fields import IDENTITY
 from refimpl.linear import Array, rotation_matrix, scale
 from refimpl.principal import principal_axes, quaternion_of
 from refimpl.proxy import Proxy, as_offset, number, turned, turned_frame, vector
-
-IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from refimpl.bsp import Piece
+from refimpl.fields import IDENTITY
 from refimpl.linear import Array, apply, as_floats, largest, rotation_matrix
 from refimpl.meshes import MeshError, Triangles
 from refimpl.proxy import (
@@ -23,8 +24,6 @@ from refimpl.proxy import (
     vector,
 )
 from refimpl.solids import Solid
-
-IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)

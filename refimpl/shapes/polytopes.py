@@ -14,7 +14,6 @@ from refimpl.linear import Array, apply, as_floats, dot, largest, power_of_two, 
 from refimpl.proxy import ShapeError, as_offset, as_quaternion, rows, shifted
 from refimpl.shapes.polytope import Polytope
 
-IDENTITY = (0.0, 0.0, 0.0, 1.0)
 AXES = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
 CORNERS = [(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)]
 EDGES = [(1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1)]
