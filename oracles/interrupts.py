@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,6 +13,8 @@ from typing import Any
 
 STOPS = (signal.SIGINT, signal.SIGTERM)
 """Only the main thread gets them."""
+AGAIN = 1.0
+"""Seconds after which one that has had no effect comes again."""
 
 
 @contextmanager
@@ -36,15 +40,40 @@ def ignored() -> Iterator[None]:
 
 @contextmanager
 def one_stop() -> Iterator[None]:
-    """Let the first of them raise KeyboardInterrupt, and those after it have no effect: the end is under way."""
+    """Let the first of them raise KeyboardInterrupt; while that is on its way out, those after it have no effect.
+
+    Some libraries catch whatever comes while they import what they can do without, and the exception is lost. So the
+    signal comes again and again until the block ends, and raises wherever nothing is on its way.
+    """
+    again: list[threading.Timer] = []
+    over = False
 
     def stop(number: int, _: FrameType | None) -> None:
-        for other in STOPS:
-            signal.signal(other, signal.SIG_IGN)
-        raise KeyboardInterrupt(signal.Signals(number).name)
+        if over:
+            return
+        for timer in again:
+            timer.cancel()
+        again[:] = [threading.Timer(AGAIN, os.kill, (os.getpid(), number))]
+        again[0].daemon = True
+        again[0].start()
+        if not _on_its_way(sys.exc_info()[1]):
+            raise KeyboardInterrupt(signal.Signals(number).name)
 
     with _handled(stop):
-        yield
+        try:
+            yield
+        finally:
+            over = True
+            for timer in again:
+                timer.cancel()
+                timer.join()
+
+
+def _on_its_way(error: BaseException | None) -> bool:
+    """Whether a KeyboardInterrupt is being handled, or an exception that came of one."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__context__
+    return error is not None
 
 
 @contextmanager
