@@ -111,8 +111,8 @@ def fit(
         name = f"{name} after {', '.join(repair)}"
     stem = "-".join([model.stem, *re.findall(r"[\w.]+", link)])
     folder = Path(f"{stem}-proxies") if out is None else out
-    try:
-        require_writable(folder)
+    try:  # nothing is made before there is something to write
+        require_writable(next(place for place in (folder, *folder.parents) if place.exists()))
     except FolderError as error:
         raise options.BadInput(str(error)) from None
     shown = console()

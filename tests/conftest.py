@@ -16,7 +16,7 @@ from refimpl.pairs import TABLE
 
 QUICK = {Point, Ray, Sphere, Capsule, HalfSpace, AABB, Box}
 """Types whose scenes are drawn, answered and proven in a moment."""
-TURNS = 5
+TURNS = 4
 
 mp.dps = 50  # of mpmath, in every test alike: whoever needs another number has it for a while only
 os.environ.pop("GITHUB_STEP_SUMMARY", None)  # runs within tests are not what a step has to tell

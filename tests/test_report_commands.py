@@ -311,7 +311,7 @@ def test_replay_asks_again(
 
 
 def test_replay_of_what_cannot_be_asked(balls: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "name it with --engine" in one_line(capsys, "replay", 1, "--run", balls)
+    assert "name it again with --engine" in one_line(capsys, "replay", 1, "--run", balls)
     assert "honest does not answer this distance of Box–Box" in one_line(
         capsys, "replay", 2, "--run", balls, "--engine", spec(Honest)
     )
