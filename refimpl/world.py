@@ -135,7 +135,7 @@ class World:
         One collision is answered after the other, as in the lecture's loop: where a body has several, the later ones
         are looked at anew, with the body where the earlier ones left it.
         """
-        self.state.advance(dt, self.gravity)
+        self.state.advance(float(at_least_zero("dt", dt)), self.gravity)
         self._place()
         self._moved()
         found = self.detect()

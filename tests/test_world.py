@@ -383,3 +383,10 @@ def test_an_empty_world_steps() -> None:
 def test_a_world_of_nonsense_is_refused(bodies: Any, options: dict[str, Any], why: str) -> None:
     with pytest.raises(ShapeError, match=why):
         World(bodies, **options)
+
+
+@pytest.mark.parametrize("dt", [-1.0, np.nan])
+def test_time_does_not_run_backwards(dt: float) -> None:
+    world = World(falling(3, 5))
+    with pytest.raises(ShapeError, match="dt: must be"):
+        world.step(dt)
