@@ -21,7 +21,7 @@ from oracles.clumsiness import PLAIN
 from oracles.engine import Answers
 from oracles.impact_regimes import impact_regimes_for
 from oracles.judges import audited, finding_of
-from oracles.outcome import FINDINGS, SUSPECT, Kind, Outcome
+from oracles.outcome import FINDINGS, SUSPECT, Kind, Outcome, Verdict
 from oracles.reference import gaps, is_quick
 from oracles.regimes import Regime, regimes_for
 from oracles.scene import CONTACTS, DISTANCE, IMPACT, MOVING, PAIRS, RAYCAST, SWEEP, Cell, cells_of
@@ -62,10 +62,12 @@ class Proofs:
     """Which suspects of a task are proven one by one: proofs cost milliseconds, of searches a hundred.
 
     Of findings that look alike the first two of each decade of the error are; where proofs are quick, the first of each
-    decade and of each regime. The rest is counted.
+    decade and of each regime. The rest is counted, under the symptom that the proofs gave to those it looks like, for
+    floats may see another claim broken first; what looks like nothing that a proof spoke against is proven itself.
     """
 
     _tried: Counter[tuple[object, ...]] = field(default_factory=Counter)
+    _told: dict[tuple[object, ...], str] = field(default_factory=dict)
 
     def wanted(self, engine: str, cell: Cell, symptom: str, decade: int | None, regime: str) -> bool:
         """Whether another finding of this kind is worth a proof; counts the answer yes."""
@@ -75,6 +77,15 @@ class Proofs:
         if new:
             self._tried.update(kinds)
         return new
+
+    def symptom(self, engine: str, cell: Cell, symptom: str, decade: int | None) -> str | None:
+        """What findings are that look like this one, by the first proof that convicted; None if none did."""
+        return self._told.get((engine, cell, symptom, decade))
+
+    def take_note(self, engine: str, cell: Cell, symptom: str, decade: int | None, verdict: Verdict) -> None:
+        """Remember what a proof found."""
+        if verdict.kind is Kind.WRONG:
+            self._told.setdefault((engine, cell, symptom, decade), verdict.symptom)
 
 
 @dataclass
@@ -178,14 +189,18 @@ class _Bulk:
         regime, kind = batch.regimes[i], KINDS[screening.codes[i]]
         symptom, amount = screening.symptom[i], float(screening.amount[i])
         decade = decade_of(amount, size)
-        if not self.proofs.wanted(bench.name, cell, symptom, decade, regime) and kind is Kind.WRONG:
+        look = bench.name, cell, symptom, decade
+        if not self.proofs.wanted(*look, regime) and kind is Kind.WRONG:
             if not screening.certain[i]:
                 return Kind.UNDECIDED
-            self.outcome.count((bench.name, cell.query, cell.pair, symptom, decade, regime), amount)
-            return Kind.WRONG
+            told = self.proofs.symptom(*look)
+            if told is not None:
+                self.outcome.count((bench.name, cell.query, cell.pair, told, decade, regime), amount)
+                return Kind.WRONG
         scene, alone = batch.scene(cell.query, i), take(answers, [i])
         with timed("proofs"):
             verdict = bench.judges.convict(scene, alone)
+        self.proofs.take_note(*look, verdict)
         if verdict.kind in FINDINGS:
             self.outcome.findings.append(finding_of(bench.name, scene, alone, verdict))
         return verdict.kind

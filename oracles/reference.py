@@ -156,13 +156,18 @@ def _recalled(x: Proxy, y: Proxy) -> tuple[Array, Array]:
 
 
 def _asked(x: Proxy, y: Proxy) -> tuple[Array, Array]:
-    """Ask the reference: an overlap of unions is as deep as its deepest piece at least, and as a way out at most."""
+    """Ask the reference: an overlap of unions is as deep as its deepest piece at least, and as a way out at most.
+
+    Of composites it is their parts that are held against each other, as a certificate does and as engines do that are
+    given so many bodies: the reference may know that these part later, but who tells the deepest is not wrong.
+    """
     if not (isinstance(x, UNIONS) or isinstance(y, UNIONS)):
         found = distance(x, y)
         return found.distance, found.distance
     known = resolve(x, y)
     least = known.separation.distance
-    return least, np.where(least < 0, -known.lower, least)
+    depth = known.deepest if isinstance(x, Composite) or isinstance(y, Composite) else known.lower
+    return least, np.where(least < 0, -depth, least)
 
 
 def proven(x: Proxy, y: Proxy) -> tuple[Certificate, tuple[Bound, Bound]]:

@@ -34,22 +34,25 @@ class Overlaps:
         separate them, or −inf where none was.
     lower : (n,)
         No shorter translation separates; 0 where they do not overlap.
+    deepest : (n,)
+        Depth of the deepest pair of atoms, which `lower` may exceed; that itself, where no atoms were asked.
     """
 
     separation: Separation
     lower: Array
+    deepest: Array
 
 
 def resolve(a: Proxy, b: Proxy) -> Overlaps:
     """Answer for two batches of proxies with one axis, of which one at least holds unions."""
     known = _by_surface(a, b)
-    return _by_atoms(a, b, _by_pieces_and_balls) if known is None else Overlaps(*known)
+    return _by_atoms(a, b, _by_pieces_and_balls) if known is None else _of_surface(*known)
 
 
 def separate(a: Proxy, b: Proxy) -> Separation:
     """Give the same without looking for greater lower bounds."""
     known = _by_surface(a, b)
-    return (_by_atoms(a, b, _by_pieces) if known is None else Overlaps(*known)).separation
+    return known[0] if known else _by_atoms(a, b, _by_pieces).separation
 
 
 def _completed(
@@ -59,7 +62,7 @@ def _completed(
     rest = np.flatnonzero(~decided)
     lower = np.maximum(0.0, -known.distance)
     if not len(rest):
-        return Overlaps(known, lower)
+        return _of_surface(known, lower)
     if len(rest) == len(a):
         return others(a, b)
     found = others(a[rest], b[rest])
@@ -68,8 +71,13 @@ def _completed(
         column = getattr(known, name).copy()
         column[rest] = getattr(found.separation, name)
         columns.append(column)
-    lower[rest] = found.lower
-    return Overlaps(Separation(*columns), lower)
+    deepest = lower.copy()
+    lower[rest], deepest[rest] = found.lower, found.deepest
+    return Overlaps(Separation(*columns), lower, deepest)
+
+
+def _of_surface(known: Separation, lower: Array) -> Overlaps:
+    return Overlaps(known, lower, lower)
 
 
 def _by_surface(a: Proxy, b: Proxy) -> tuple[Separation, Array] | None:
@@ -104,9 +112,9 @@ def _by_pieces(a: Proxy, b: Proxy) -> Overlaps:
 def _searched(a: Proxy, b: Proxy) -> tuple[Overlaps, Array]:
     """What pairs of atoms tell, and a point of each deepest overlap."""
     found = [there.separations() for there in scenes(a, b)]
-    columns = [[getattr(part, name) for part, _, _ in found] for name in ("distance", "on_a", "on_b", "normal")]
-    lower, middle = (np.concatenate([part[i] for part in found]) for i in (1, 2))
-    return Overlaps(Separation(*map(np.concatenate, columns)), lower), middle
+    columns = [[getattr(part, name) for part, *_ in found] for name in ("distance", "on_a", "on_b", "normal")]
+    lower, middle, deepest = (np.concatenate([part[i] for part in found]) for i in (1, 2, 3))
+    return Overlaps(Separation(*map(np.concatenate, columns)), lower, deepest), middle
 
 
 def _by_pieces_and_balls(a: Proxy, b: Proxy) -> Overlaps:

@@ -125,8 +125,8 @@ class Scenes:
         self.room *= 2
         self.batch = self._batch()
 
-    def separations(self) -> tuple[Separation, Array, Array]:
-        """Signed distances, lengths below which no translation separates, and a point of each deepest contact."""
+    def separations(self) -> tuple[Separation, Array, Array, Array]:
+        """Signed distances, lengths below which no translation separates, a point of the deepest pair, its depth."""
         count = len(self.exponent)
         answers, tolerances = (numbers(c, self.module) for c in (np.zeros((count, RESULT)), ROUNDING * self.size))
         done = 0
@@ -136,8 +136,9 @@ class Scenes:
             if done < count:
                 self._enlarge()
         found = np.asarray(answers).reshape(count, RESULT)
-        lower, middle = np.ldexp(found[:, 10], self.exponent), np.ldexp(found[:, 11:], self.exponent[:, None])
-        return _separation(found, self.exponent), lower, middle
+        lower, deepest = (np.ldexp(found[:, column], self.exponent) for column in (10, 14))
+        middle = np.ldexp(found[:, 11:14], self.exponent[:, None])
+        return _separation(found, self.exponent), lower, middle, deepest
 
     def meetings(self) -> Bools:
         """Whether unions have a point in common, row by row."""

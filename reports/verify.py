@@ -16,7 +16,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from oracles.closing import has_scenes
-from oracles.outcome import COMPARED, Kind
+from oracles.outcome import COMPARED, FINDINGS, Kind
 from oracles.records import certificate_from_json, proven_interval
 from oracles.scene import Scene
 from oracles.sweep_regimes import TURNING
@@ -41,7 +41,7 @@ def completeness(folder: Path) -> list[str]:
     """
     data = read_report(folder)
     try:
-        found = [*_run(data), *_coverage(data), *_pages(folder, data), *_buckets(folder, data)]
+        found = [*_run(data), *_coverage(data), *_sums(data), *_pages(folder, data), *_buckets(folder, data)]
         return [*found, *_cases(folder, data), *_results(folder, data)]
     except (LookupError, TypeError, AttributeError) as error:
         raise NoReport(f"{folder / REPORT} is damaged: {error!r}") from None
@@ -74,6 +74,20 @@ def _coverage(data: dict[str, Any]) -> Iterator[str]:
         if silent:
             where = "any regime" if len(silent) == len(regimes) else f"regime {', '.join(silent)}"
             yield f"nothing compared: {' · '.join(key)} in {where}"
+
+
+def _sums(data: dict[str, Any]) -> Iterator[str]:
+    """Every finding must be in a bucket, and none in two."""
+    told, gathered = Counter[tuple[str, ...]](), Counter[tuple[str, ...]]()
+    words = {kind.value for kind in FINDINGS}
+    for entry in data["counts"]:
+        if entry["verdict"] in words:
+            told[entry["engine"], entry["query"], entry["pair"]] += entry["count"]
+    for bucket in data["buckets"]:
+        gathered[bucket["engine"], bucket["query"], bucket["pair"]] += bucket["count"]
+    for key in sorted(told.keys() | gathered.keys()):
+        if told[key] != gathered[key]:
+            yield f"{told[key]} findings, but {gathered[key]} in buckets: {' · '.join(key)}"
 
 
 def _pages(folder: Path, data: dict[str, Any]) -> Iterator[str]:

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 import oracles.audit
-from oracles import claims
+from oracles import bulk, claims
 from oracles.buckets import Buckets
 from oracles.campaign import run_campaign
 from oracles.clumsiness import odd_numbers
-from oracles.judge import CRASHED, RAISED, TIMED_OUT
+from oracles.engine import Answers
+from oracles.judge import CRASHED, RAISED, TIMED_OUT, Judge
 from oracles.ledger import Entry, Ledger
-from oracles.outcome import FINDINGS, Kind, Run, Severity, State
+from oracles.outcome import FINDINGS, Kind, Run, Severity, State, Verdict
 from oracles.regimes import REGIMES
-from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST
+from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Scene
 from refimpl.proof import check
 from tests.wrong_engines import (
     CrashingFarOut,
@@ -91,6 +92,28 @@ def test_each_wrong_engine_is_found_and_named(engine: type[Honest], expected: se
         shown = verdict.proof_scene or scene
         lower, upper = check(verdict.certificate, shown.a, shown.b)
         assert verdict.lower <= lower <= upper <= verdict.upper
+
+
+@pytest.mark.parametrize("proven", [True, False])
+def test_what_is_counted_is_in_a_bucket_also_where_a_proof_names_it_otherwise(
+    proven: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    convict, other = Judge.convict, "not what floats saw"
+
+    def named_otherwise(self: Judge, scene: Scene, answers: Answers) -> Verdict:
+        found = convict(self, scene, answers)
+        if found.symptom != claims.LONG:
+            return found
+        return dataclasses.replace(found, symptom=other) if proven else Verdict(Kind.CONVENTION, claims.LONG)
+
+    monkeypatch.setattr(Judge, "convict", named_otherwise)
+    monkeypatch.setattr(bulk, "MOST", 40)
+    run = campaign(OffByAThousandth, passes=1, examples=0, pairs=["Sphere–Sphere"])
+    wrong = run.total(kinds=FINDINGS)
+    assert sum(bucket.count for bucket in run.buckets) == wrong
+    assert (wrong > 200) == proven, "what no proof speaks against was counted"
+    assert (run.total(kinds=(Kind.CONVENTION,)) > 200) != proven
+    assert claims.LONG not in {bucket.symptom for bucket in run.buckets}
 
 
 def test_a_wrong_boolean_is_graver_than_a_wrong_number() -> None:

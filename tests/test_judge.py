@@ -352,6 +352,20 @@ def test_the_depth_of_unions_is_judged_against_an_interval() -> None:
     assert verdict(Exact(), apart, distance=2.0).symptom == claims.SHORT
 
 
+BOXES = Composite([Box([side, 0, 0], [1, 1, 1], [0, 0, 0, 1]) for side in (-1, 1)])
+BETWEEN_BOXES = Scene(CONTACTS, Box([0, 0, 0], [0.25, 0.25, 0.25], [0, 0, 0, 1]), BOXES, "generic")
+
+
+def test_who_tells_the_depth_of_the_deepest_parts_is_not_wrong_where_the_way_out_is_known() -> None:
+    """Of polytopes the reference knows that no way is shorter; a certificate proves the depth of two parts."""
+    nothing = {"on_a": [np.nan] * 3, "on_b": [np.nan] * 3}
+    assert answers_of(BETWEEN_BOXES).distance == -1.25
+    parts = {"distance": -0.25, "normal": [1.0, 0, 0], **nothing}
+    assert verdict(Exact(relative=1e-9), BETWEEN_BOXES, **parts).kind is Verdicts.AGREES
+    found = verdict(Exact(relative=1e-9), BETWEEN_BOXES, **parts | {"distance": -0.2})
+    assert (found.kind, found.symptom) == (Verdicts.WRONG, claims.LONG)
+
+
 def test_the_way_out_of_unions_must_free_and_touch() -> None:
     """Deeper than the deepest pair of pieces, it is a way out; as deep as that, the others may overlap still."""
     way = audit(BETWEEN.a, BETWEEN.b)

@@ -36,9 +36,9 @@ from .ways import (
     respect,
 )
 
-RESULT = 14
+RESULT = 15
 """Numbers of an answer: signed distance, normal, witness points; a length that no translation that frees falls below;
-and a point of the deepest overlap."""
+a point of the deepest overlap; and the depth of that overlap."""
 DESCENTS = 4
 """Steps by which a way is shortened that may not be the shortest."""
 
@@ -138,7 +138,7 @@ def way_out(scene: Scene, search: Search, answered: int, tolerance: float, resul
     The signed distance is minus the length of a translation that frees, −inf where none was found.
     """
     deepest = scene.pairs[0]
-    lower = -deepest[1]
+    lower = result[14] = -deepest[1]
     for k in range(3):
         result[11 + k] = 0.5 * deepest[5 + k] + 0.5 * deepest[8 + k]
     way = no_way()

@@ -171,7 +171,7 @@ def _answered(scene: Scene, search: Search, tolerance: float, row: Scratch) -> b
         return way_out(scene, search, answered, tolerance, row)
     for i in range(10):
         row[i] = scene.pairs[0][i + 1]
-    row[10] = max(0.0, -row[0])
+    row[10] = row[14] = max(0.0, -row[0])
     return True
 
 
@@ -181,7 +181,7 @@ def separations(
 ) -> int:
     """Answer a batch from row `first` on, as far as there is room; gives the row that it comes to.
 
-    Each row gets `RESULT` numbers (`escapes`); those that do not overlap have no use for the last three.
+    Each row gets `RESULT` numbers (`escapes`); those that do not overlap have no use for the point.
     """
     for row in range(first, len(batch.a)):
         if not _answered(scene_of(batch, row), search, tolerances[row], answers[row]):
