@@ -51,6 +51,11 @@ class Inquiry:
         """Whether it is no answer at all, and may be none again."""
         return is_lost(self.kind, self.symptom)
 
+    @property
+    def is_spent(self) -> bool:
+        """Whether the engine has been lost so often that it is not asked any more."""
+        return self.losses >= MOST_LOST
+
     def ask(self, scenes: Iterable[Scene]) -> bool:
         """Put candidates before the engine, as many as are allowed, and keep those on which it fails alike.
 
@@ -88,7 +93,7 @@ class Inquiry:
         self.losses += int(np.isin(answers.status, (Status.CRASHED, Status.TIMED_OUT)).sum())
         left = [key_of(group[i]) for i in np.flatnonzero(answers.status == Status.SKIPPED)]
         self.asked -= set(left)
-        self.tries = 0 if self.losses >= MOST_LOST else self.tries + len(left)
+        self.tries = 0 if self.is_spent else self.tries + len(left)
 
     def convict(self, scene: Scene) -> Finding | None:
         """A finding on this scene, proven; none where a fresh engine does not fail there in the same way."""

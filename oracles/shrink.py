@@ -6,14 +6,17 @@ a path (`oracles.paths`). So a slight error does not end in the bucket of a gros
 special, then nearer to size 1, then taken in at a glance, then the larger error, so that all decades of one fault come
 together, and then fewer numbers to read.
 
-Engines answer whole batches, so all candidates of a step are asked at once. Floats screen them; the last one is
-convicted by its certificate like any other finding, by a fresh engine that was asked nothing before. Findings of one
-cell and symptom are shrunk together: where one of them arrives, the next ones often may go at once.
+Engines answer whole batches, so all candidates of a step are asked at once. Where no single step leads farther,
+Hypothesis shrinks: it draws several at once from a strategy of simplifications (`oracles.simplifications`), and the
+steps go on from what it comes to. Floats screen the scenes; the last one is convicted by its certificate like any other
+finding, by a fresh engine that was asked nothing before. Findings of one cell and symptom are shrunk together: where
+one of them arrives, the next ones often may go at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from random import Random
@@ -23,7 +26,7 @@ from hypothesis.errors import Flaky, NoSuchExample
 
 from oracles.allowance import MOST_LOST, MOST_LOST_AGAIN, is_formed, tries_for, tries_of_next
 from oracles.around import AT_ONCE, LOST_AT_ONCE, passes
-from oracles.clumsiness import AT_A_GLANCE, clumsiness, odd_numbers
+from oracles.clumsiness import clumsiness, odd_numbers
 from oracles.home import at_home
 from oracles.inquiry import Inquiry, InquiryOfRelated
 from oracles.likeness import Failing, failing, key_of
@@ -33,16 +36,28 @@ from oracles.plain import plain_scenes
 from oracles.relations import Bench
 from oracles.rows import in_a_row
 from oracles.scene import Cell, Scene
-from oracles.together import merged, several_changed
+from oracles.search import Enough
+from oracles.simplifications import simplifications
+from oracles.together import merged
 
 MOST_STEPS = 40
 KEPT = 3
 """One try in so many is kept for paths."""
 MOST_PATHS = 8
 """Paths that are tried from one scene to better ones."""
-CAREFULLY = settings(
-    max_examples=60, database=None, deadline=None, suppress_health_check=list(HealthCheck), derandomize=False
-)
+DRAWN, MOST_DRAWN = 10, 60
+"""One try in so many is kept for Hypothesis, and no more than so many for a finding: it asks one scene at a time."""
+
+
+def _drawing(tries: int) -> settings:
+    """So many examples, which are the same every time."""
+    return settings(
+        max_examples=tries,
+        database=None,
+        deadline=None,
+        suppress_health_check=list(HealthCheck),
+        derandomize=False,
+    )
 
 
 def shrink(finding: Finding, bench: Bench, *, tries: int | None = None) -> Finding:
@@ -93,6 +108,8 @@ class _Search:
     proven: dict[bytes, Finding | None] = field(default_factory=dict)
     kept: int = 0
     """Tries that are kept for paths."""
+    drawn: int = 0
+    """Tries that are kept for Hypothesis."""
     searched: int = 0
     """Findings for which the engine has been asked."""
     passing: list[Finding | None] | None = None
@@ -146,8 +163,8 @@ class _Search:
         if way[-1].key in self.exhausted:
             return
         allowed = tries_of_next(self._allowed() if tries is None else tries, self.searched)
-        self.kept = allowed // KEPT
-        self.about.tries = allowed - self.kept
+        self.kept, self.drawn = allowed // KEPT, min(allowed // DRAWN, MOST_DRAWN)
+        self.about.tries = allowed - self.kept - self.drawn
         self.about.losses = MOST_LOST - MOST_LOST_AGAIN if self.searched else 0
         self.searched += 1
         while self._try_some(way, self._plain(regime)) and self.about.lost:
@@ -156,7 +173,7 @@ class _Search:
         for _ in range(MOST_STEPS):
             if way[-1].key in self.exhausted:
                 break
-            if not (self._improve(way) or self._improve_jointly(way) or self._take_path(way)):
+            if not (self._improve(way) or self._improve_by_drawing(way) or self._take_path(way)):
                 break
 
     def _plain(self, regime: str) -> Sequence[Scene]:
@@ -209,30 +226,27 @@ class _Search:
                 return True
         return False
 
-    def _improve_jointly(self, way: list[Failing]) -> bool:
-        """Have Hypothesis look for several numbers that can be made simpler together, where many are odd."""
+    def _improve_by_drawing(self, way: list[Failing]) -> bool:
+        """Have Hypothesis look for simplifications that only together leave the fault, and shrink what it finds."""
         best = way[-1]
-        if (
-            self.about.lost
-            or odd_numbers(best.scene) <= AT_A_GLANCE
-            or best.scene.motion is not None
-            or is_formed(self.about.cell)
-        ):
+        if not (best.strain or odd_numbers(best.scene)) or self.about.is_spent or not self.drawn > 0:
             return False
 
         def is_better(scene: Scene) -> bool:
-            if clumsiness(scene) >= clumsiness(best.scene) or not self.about.tries > 0:
+            if not self.about.tries > 0:
+                raise Enough
+            if clumsiness(scene) >= clumsiness(best.scene):
                 return False
             self.about.ask([scene])
             found = self.about.known.get(key_of(scene))
             return found is not None and best.best_of([found]) is found
 
-        try:
-            find(several_changed(best.scene), is_better, settings=CAREFULLY, random=Random(0))
-        except NoSuchExample:
-            return False
-        except Flaky:
-            pass  # an engine that answers otherwise when asked again; what was found is known
+        left, self.about.tries = self.about.tries, self.drawn
+        with suppress(
+            NoSuchExample, Enough, Flaky
+        ):  # an engine may answer otherwise when asked again; what was found is known
+            find(simplifications(best.scene), is_better, settings=_drawing(self.drawn), random=Random(0))
+        self.drawn, self.about.tries = self.about.tries, left
         return self._go_on(way)
 
     def _go_on(self, way: list[Failing]) -> bool:

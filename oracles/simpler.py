@@ -139,7 +139,7 @@ def _of_both(scene: Scene, change: object) -> Iterator[Scene]:
 
 def simpler_proxies(shape: Proxy) -> Iterator[Proxy]:
     """Everything simpler that one proxy can be made into, the boldest first."""
-    yield from _fewer_parts(shape)
+    yield from fewer_parts(shape)
     yield from _along_axes(shape)
     for row in simpler_rows(shape.pack(), changeable(shape)):
         made = rebuilt(shape, row)
@@ -198,7 +198,7 @@ def _sharpened(q: Array) -> Array:
     return np.asarray(np.round(2 * q / np.abs(q).max()) / 2)
 
 
-def _fewer_parts(shape: Proxy) -> Iterator[Proxy]:
+def fewer_parts(shape: Proxy) -> Iterator[Proxy]:
     """Without some vertices, planes, slabs or parts, or one; or the least of its kind."""
     made: list[Proxy | None] = []
     with np.errstate(all="ignore"):
@@ -218,7 +218,7 @@ def _fewer_parts(shape: Proxy) -> Iterator[Proxy]:
             for i, part in enumerate(shape.parts):
                 rest = shape.parts
                 made += [
-                    Composite([*rest[:i], other, *rest[i + 1 :]]) for other in (*_fewer_parts(part), *_along_axes(part))
+                    Composite([*rest[:i], other, *rest[i + 1 :]]) for other in (*fewer_parts(part), *_along_axes(part))
                 ]
     yield from (other for other in made if other is not None)
 

@@ -5,41 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from hypothesis import assume
-from hypothesis import strategies as st
 
 from oracles.clumsiness import PLAIN
 from oracles.forms import form_of
 from oracles.scene import Scene
 from oracles.simpler import changeable, rebuilt, simpler_numbers, with_sides
 
-STAYING = 3
-"""How much likelier it is that a number stays than that it is made simpler."""
 JOINTLY = 100
 """Scenes in which several numbers are made simpler together."""
 ALIKE = 1e-3
 """Numbers whose sizes differ by less, relative to them, are changed together."""
 MOST_MERGED = 8
 """Scenes of several changes at once that are tried."""
-
-
-@st.composite
-def several_changed(draw: st.DrawFn, scene: Scene) -> Scene:
-    """The scene with any of its odd numbers simpler, several at once; the simplest draw is the simplest scene.
-
-    Each number most often stays, so that scenes come up in which the fault is still there.
-    """
-    made = []
-    for shape in (scene.a, scene.b):
-        row = shape.pack().copy()
-        for i in np.flatnonzero(changeable(shape)):
-            x = float(row[i])
-            if x not in PLAIN:
-                simpler = simpler_numbers(x)
-                row[i] = draw(st.sampled_from([*simpler, *[x] * (STAYING * len(simpler))]))
-        made.append(rebuilt(shape, row))
-    assume(made[0] is not None and made[1] is not None)
-    return next(with_sides(scene, *made))
 
 
 def jointly_simpler(scene: Scene) -> Iterator[Scene]:

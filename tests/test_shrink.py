@@ -25,7 +25,7 @@ from oracles.likeness import Failing
 from oracles.outcome import FINDINGS, Bucket, Finding, Kind
 from oracles.paths import SHARES, leads, path
 from oracles.planted.mutants import MUTANTS
-from oracles.scene import DISTANCE, IMPACT, RAYCAST, Cell, Scene, cells
+from oracles.scene import DISTANCE, IMPACT, RAYCAST, SWEEP, Cell, Scene, cells
 from oracles.shrink import shrink, shrink_all
 from oracles.words import decade_of
 from refimpl import AABB, ConvexPolyhedron, Point, Proxy, Ray, Sphere, distance
@@ -56,7 +56,8 @@ class Bench:
 def findings(bench: Bench, cell: Cell, each: int = 12) -> list[Finding]:
     """Proven findings of one bulk batch of a cell, as the bulk hunter picks them, one for each key."""
     pair = cell.type_a, cell.type_b
-    batches = (Batch.draw_impacts if cell.query == IMPACT else Batch.draw)(pair, 7, (0, 1), each)
+    draw = {IMPACT: Batch.draw_impacts, SWEEP: Batch.draw_sweeps}.get(cell.query, Batch.draw)
+    batches = draw(pair, 7, (0, 1), each)
     found: dict[object, Finding] = {}
     proofs, name = Proofs(), bench.engine.name
     for batch in batches:
