@@ -126,8 +126,8 @@ def _of_rays(rows: list[Whole], touching: Touching, rays: dict[int, Whole]) -> F
 def _touching(rays: list[Ray]) -> Touching:
     """For each row the numbers of the rays that lie on it."""
     found: Touching = {}
-    for number, (_, triple) in enumerate(rays):
-        for name in triple:
+    for number, (_, names) in enumerate(rays):
+        for name in names:
             found.setdefault(name, set()).add(number)
     return found
 
