@@ -122,13 +122,15 @@ class Claim:
         if not self.made.any():
             nothing = np.full(len(self.made), -np.inf)
             return nothing, nothing, np.zeros(len(self.made))
+        magnitude = np.maximum(self.x.magnitude, self.y.magnitude)
         if self.kept:
             least, most = kept(self.x, self.y, self.made)
         else:
-            least, most = signed(self.x, self.y, self.made, above=bool((self.low > -np.inf)[self.made].any()))
-        size = np.maximum(
-            np.maximum(self.x.magnitude, self.y.magnitude), np.where(np.isfinite(most), np.abs(most), 0.0)
-        )
+            bounded = self.low > -np.inf
+            told = ~bounded & (self.margin + self.high > CLEAR * magnitude + 2.0 * self.rounding)
+            any_depth = told if self.measures is None else None
+            least, most = signed(self.x, self.y, self.made, above=bool(bounded[self.made].any()), any_depth=any_depth)
+        size = np.maximum(magnitude, np.where(np.isfinite(most), np.abs(most), 0.0))
         with np.errstate(invalid="ignore"):
             least, most = least - self.margin, most - self.margin
             below = np.where(self.made & (most != self.low), self.low - most, -np.inf)
@@ -177,6 +179,10 @@ its coordinates are 2·√3 apart, and there may be a radius at one of them."""
 
 WELL_PAST = 2.0
 """Time for which a ray goes on into a half-space: that has no size to measure the way by."""
+
+CLEAR = 1e-6
+"""Part of a scene's size that no rounding comes near: where shapes that only must not be apart have so much room, any
+overlap is enough, however deep."""
 
 LARGEST = 1e150
 """No scene has such numbers; an engine that answers one, the largest double for instance, has not set it."""

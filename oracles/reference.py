@@ -16,7 +16,7 @@ import numpy as np
 from oracles.clock import timed
 from oracles.keeping import MOST_BATCHES, kept_by_rows
 from oracles.world import world_of
-from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, distance
+from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, distance, intersect
 from refimpl.flat import Disc, FlatPoint, FlatRay, Rectangle, Segment
 from refimpl.linear import Array, Bools, norm
 from refimpl.overlaps import resolve
@@ -66,11 +66,14 @@ def error_of(x: Proxy, y: Proxy) -> float:
     return SEARCH_ERROR if rule_of(type(x), type(y)).exactness == ITERATIVE else DIRECT_ERROR
 
 
-def signed(x: Proxy, y: Proxy, wanted: Bools, *, above: bool = True) -> tuple[Array, Array]:
+def signed(
+    x: Proxy, y: Proxy, wanted: Bools, *, above: bool = True, any_depth: Bools | None = None
+) -> tuple[Array, Array]:
     """Signed distances from below and above, for the rows of a batch that are wanted; 0 for the others.
 
     The two differ only for unions that overlap; for large batches of these the one from above is not looked for where
-    nobody asks for it, and told to be that from below.
+    nobody asks for it, and told to be that from below. In rows of large batches for which `any_depth` will do, an
+    overlap of unions, whose way out takes long to find, may be told as 0.
     """
     if (
         isinstance(x, Point) and isinstance(y, Capsule | Segment) and np.array_equal(y.p, y.q)
@@ -83,8 +86,13 @@ def signed(x: Proxy, y: Proxy, wanted: Bools, *, above: bool = True) -> tuple[Ar
         return sigma, sigma
     low, high = np.zeros(len(wanted)), np.zeros(len(wanted))
     rows = np.flatnonzero(wanted)
-    if rows.size > ALONE and not above:
-        low[rows] = high[rows] = distance(x[rows], y[rows]).distance
+    many = rows.size > ALONE
+    if many and any_depth is not None and (isinstance(x, UNIONS) or isinstance(y, UNIONS)):
+        quick = rows[any_depth[rows]]
+        meeting = quick[intersect(x[quick], y[quick])] if quick.size else quick
+        rows = rows[~np.isin(rows, meeting)]
+    if many and not above:
+        low[rows] = high[rows] = distance(x[rows], y[rows]).distance if rows.size else 0.0
     elif rows.size:
         low[rows], high[rows] = _recalled(x[rows], y[rows])
     return low, high

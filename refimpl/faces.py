@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
+from operator import lshift
 from typing import Any
 
 import numpy as np
@@ -126,8 +127,8 @@ def _of_rays(rows: list[Whole], touching: Touching, rays: dict[int, Whole]) -> F
 def _touching(rays: list[Ray]) -> Touching:
     """For each row the numbers of the rays that lie on it."""
     found: Touching = {}
-    for number, (_, triple) in enumerate(rays):
-        for name in triple:
+    for number, (_, names) in enumerate(rays):
+        for name in names:
             found.setdefault(name, set()).add(number)
     return found
 
@@ -159,8 +160,9 @@ def rows_on_grid(numbers: Array) -> list[list[int]]:
 
 
 def _shifted_left(mantissa: Array, shifts: Any) -> list[list[int]]:
-    whole = np.ldexp(mantissa, 53).astype(np.int64).tolist()
-    return [[w << s for w, s in zip(*row, strict=True)] for row in zip(whole, shifts.tolist(), strict=True)]
+    whole, width = np.ldexp(mantissa, 53).astype(np.int64), mantissa.shape[1]
+    flat = list(map(lshift, whole.ravel().tolist(), shifts.ravel().tolist()))
+    return [flat[start : start + width] for start in range(0, len(flat), width)]
 
 
 def _in_good_order(points: Array) -> list[int]:

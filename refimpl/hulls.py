@@ -154,7 +154,7 @@ def _unit_planes(faces: Faces) -> Array:
     """Outward unit normals and offsets of the exact planes."""
     level = []
     for n in faces.planes:
-        unit = 1 << max(abs(c) for c in n[:3]).bit_length()
+        unit = 1 << max(map(abs, n[:3])).bit_length()
         offset = n[3] / (unit << -faces.exponent) if faces.exponent < 0 else (n[3] << faces.exponent) / unit
         level.append((*nearest_doubles(n[:3]), offset))
     rows = np.array(level)
@@ -171,16 +171,17 @@ def _thin(faces: Faces, corners: Array) -> tuple[Array, list[tuple[int, int, int
         around = np.stack([u, cross(way, u), -u, -cross(way, u), way, -way])
         return _supporting(around, corners), [(0, 1, i, (i + 1) % 4) for i in range(4)]
     top = unit_or(np.array(nearest_doubles(faces.normals[0])), np.eye(3)[2])[0]
-    normals = [top, -top]
+    first, second = np.array(faces.incidence).T
+    side = cross(corners[second] - corners[first], top)
+    heights = dot(corners - corners[first][:, None], side[:, None])
+    farthest = np.take_along_axis(heights, np.argmax(np.abs(heights), axis=1)[:, None], axis=1)
+    inward = farthest > 0
+    outward = unit_or(np.where(inward, -side, side), top)[0]
     edges: list[tuple[int, int, int, int]] = []
-    for first, second in faces.incidence:
-        side = cross(corners[second] - corners[first], top)
-        heights = dot(corners - corners[first], side)
-        inward = bool(heights[np.argmax(np.abs(heights))] > 0)
-        start, end = (second, first) if inward else (first, second)
-        edges += [(start, end, 0, len(normals)), (end, start, 1, len(normals))]
-        normals.append(unit_or(-side if inward else side, top)[0])
-    return _supporting(np.stack(normals), corners), edges
+    for number, (v, w) in enumerate(faces.incidence, 2):
+        start, end = (w, v) if inward[number - 2] else (v, w)
+        edges += [(start, end, 0, number), (end, start, 1, number)]
+    return _supporting(np.concatenate([[top, -top], outward]), corners), edges
 
 
 def _supporting(normals: Array, corners: Array) -> Array:

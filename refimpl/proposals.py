@@ -1,8 +1,11 @@
-"""Extreme rays of a cone in general position: qhull proposes them in doubles, and they are proven or dropped.
+"""Extreme rays of a cone: qhull proposes them in doubles, and they are proven or dropped.
 
-A proposal is three rows. It is right when all other rows are clearly negative on the ray that the three meet in, and
-all is found when the rays close: each two rows that meet at one ray meet at exactly one other. Where doubles leave a
-sign in doubt, nothing is proposed, and the double description method (`refimpl.cones`) decides exactly.
+A proposal is three rows. It is right when no other row is positive on the ray that the three meet in: most are clearly
+negative, and where doubles leave a sign in doubt, whole numbers tell it. More than three rows may meet in one ray,
+which then is proposed several times: the triples are triangles of one face. All is found when the triangles close:
+each two rows that are side by side in one are so in exactly one other, the other way round. For then the triangles of
+a face, all of one sense, can only end where those of other faces begin, at the face's own edges; so they fill it, and
+each face beside it is found as well. Where this fails, the double description method (`refimpl.cones`) decides.
 """
 
 from __future__ import annotations
@@ -11,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from refimpl.cones import Whole, primitive
+from refimpl.cones import Whole, primitive, product
 from refimpl.linear import Array, cross, dot
 
 FEWEST = 9
@@ -22,12 +25,14 @@ DOUBT = 2e-13
 
 ROOM = 1e-6
 """Least depth of an interior point; thinner sets are left to the exact method."""
+PLENTY = 0.05
+"""Depth from which on an interior point is not looked for any further."""
 
-Ray = tuple[Whole, tuple[int, int, int]]
+Ray = tuple[Whole, list[int]]
 
 
 def proposed_rays(rows: list[Whole], near: Array, *, upwards: bool) -> list[Ray] | None:
-    """All extreme rays of {z : a·z ≤ 0 for every row a}, each with the three rows that it lies on.
+    """All extreme rays of {z : a·z ≤ 0 for every row a}, each with the rows that it lies on.
 
     Parameters
     ----------
@@ -39,20 +44,30 @@ def proposed_rays(rows: list[Whole], near: Array, *, upwards: bool) -> list[Ray]
 
     Returns
     -------
-    list of rays and triples, or None
-        None where rays lie on more than three rows, signs are in doubt, or the set is thin, flat, empty or unbounded.
+    list of rays and rows, or None
+        None where there are too few rows to be worth it, where the set is thin, flat, empty or unbounded, or nothing
+        is proven.
     """
     if len(rows) < FEWEST:
         return None
     points = _dual_points(near) if upwards else near[:, :3]
     triples = None if points is None else _faces_by_qhull(points)
-    signs = None if triples is None else _proven(near, triples, upwards)
-    if triples is None or signs is None or not _closed(triples, signs, len(rows)):
+    known = None if triples is None else _signs(near, triples, upwards)
+    if triples is None or known is None or not _closed(triples, known[0], len(rows)):
         return None
-    return [
-        (_exact_product([rows[i] for i in triple], sign), (triple[0], triple[1], triple[2]))
-        for triple, sign in zip(triples.tolist(), signs.tolist(), strict=True)
-    ]
+    signs, close = known
+    found: dict[Whole, list[int]] = {}
+    several = (np.count_nonzero(close, axis=1) > 3).tolist()
+    for number, (triple, sign) in enumerate(zip(triples.tolist(), signs.tolist(), strict=True)):
+        ray = _exact_product([rows[i] for i in triple], sign)
+        if not several[number]:
+            found[ray] = triple
+        elif ray not in found:
+            values = {i: product(rows[i], ray) for i in np.flatnonzero(close[number]).tolist()}
+            if max(values.values()) > 0:
+                return None
+            found[ray] = [i for i, value in values.items() if value == 0]
+    return list(found.items())
 
 
 def _dual_points(planes: Array) -> Array | None:
@@ -66,6 +81,8 @@ def _dual_points(planes: Array) -> Array | None:
         nearest = int(np.argmin(depths))
         if depths[nearest] > deepest:
             best, deepest = center, depths[nearest]
+        if deepest > PLENTY:
+            break
         center = center - (step + max(-depths[nearest], 0.0)) * normals[nearest]
         step *= 0.8
     if not deepest > ROOM:
@@ -82,8 +99,11 @@ def _faces_by_qhull(points: Array) -> Any:
         return None
 
 
-def _proven(rows: Array, triples: Any, upwards: bool) -> Any:
-    """Sign by which each triple's vector product in four dimensions is an extreme ray; None where one is in doubt."""
+def _signs(rows: Array, triples: Any, upwards: bool) -> tuple[Any, Any] | None:
+    """Sign by which each triple's vector product in four dimensions may be an extreme ray, and the rows in doubt.
+
+    None where some are positive on a ray and others negative, or one may be 0 on all: then the set is flat.
+    """
     a, b, c = (rows[triples[:, i]] for i in range(3))
     ab, bc, ac = (cross(u[:, :3], v[:, :3]) for u, v in ((a, b), (b, c), (a, c)))
     z = b[:, 3:] * ac - a[:, 3:] * bc - c[:, 3:] * ab
@@ -91,15 +111,15 @@ def _proven(rows: Array, triples: Any, upwards: bool) -> Any:
     values = z @ rows[:, :3].T + last[:, None] * rows[:, 3]
     up = np.max(values, axis=1) <= DOUBT
     down = np.min(values, axis=1) >= -DOUBT
-    close = np.count_nonzero(np.abs(values) <= DOUBT, axis=1)
-    sure = (up ^ down) & (close == 3)
+    close = np.abs(values) <= DOUBT
+    sure = up ^ down
     if upwards:
         sure &= np.where(up, last, -last) > DOUBT
-    return np.where(up, 1, -1) if np.all(sure) else None
+    return None if np.any(np.all(close, axis=0)) or not np.all(sure) else (np.where(up, 1, -1), close)
 
 
 def _closed(triples: Any, signs: Any, count: int) -> bool:
-    """Whether each pair of rows that meets at a ray meets at exactly two, in opposite senses."""
+    """Whether each pair of rows that is side of a triangle is so of exactly two, in opposite senses."""
     a, b, c = triples.T
     keys = np.concatenate([a * count + b, b * count + c, a * count + c])
     senses = np.concatenate([signs, signs, -signs])

@@ -342,9 +342,23 @@ def test_proposals_are_made_where_they_should_be_and_proven(monkeypatch):
         monkeypatch.setattr(proposals, "_faces_by_qhull", lambda _, wrong=wrong: wrong)
         assert proposals.proposed_rays(rows, near, upwards=False) is None
     monkeypatch.undo()
-    assert proposals.proposed_rays(rows * 2, np.concatenate([near, near]), upwards=False) is None  # each point twice
-    grid = [(x, y, z, 1) for x, y, z in faces.on_grid(GRID)[0]]
-    assert proposals.proposed_rays(grid, np.c_[GRID, np.ones(27)], upwards=False) is None  # many points on a face
+
+
+def test_proposals_of_many_points_on_a_face_are_told_by_whole_numbers(monkeypatch):
+    """A cube with points on its faces and edges, each twice: six rays, and none where a piece is missing."""
+    points = GRID.repeat(2, axis=0)
+    rows, near = [(x, y, z, 1) for x, y, z in faces.on_grid(points)[0]], np.c_[points, np.ones(54)]
+    found = proposals.proposed_rays(rows, near, upwards=False)
+    assert {ray[:3] for ray, _ in found} == {tuple(int(x) for x in n[:3]) for n in CUBE_PLANES}
+    assert all(names == [i for i in range(54) if points[i] @ ray[:3] == 1] for ray, names in found)
+    right = proposals._faces_by_qhull(points)
+    monkeypatch.setattr(proposals, "_faces_by_qhull", lambda _: right[1:])
+    assert proposals.proposed_rays(rows, near, upwards=False) is None  # a face is not filled
+    monkeypatch.undo()
+    points = points * (1.0 + 1e-14 * np.arange(54)[:, None])  # faces within the doubt, but bent
+    bent = [(x, y, z, 1) for x, y, z in faces.on_grid(points)[0]]
+    monkeypatch.setattr(proposals, "_faces_by_qhull", lambda _: right)
+    assert proposals.proposed_rays(bent, np.c_[points, np.ones(54)], upwards=False) is None
 
 
 # ---- flat sets ---------------------------------------------------------------------------------------------------

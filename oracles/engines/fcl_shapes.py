@@ -130,7 +130,7 @@ class Maker:
 
     def __init__(self, fcl: Any) -> None:
         self.fcl = fcl
-        self._kept = {"Convex": Kept(self._convex), "BVHModel": Kept(self._model)}
+        self._kept = {"Convex": Kept(self._convex, geometry.MOST_HULLS), "BVHModel": Kept(self._model)}
 
     def __call__(self, placed: Placed) -> Any:
         """Make the collision object; 2 to 4 µs where its geometry need not be made."""

@@ -23,6 +23,8 @@ Face = list[int]
 
 ORIGIN, UPRIGHT = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]
 MOST_KEPT = 256
+MOST_HULLS = 1024
+"""More hulls than a batch has: each query asks about all of them, and they take a few kilobytes each."""
 
 
 class Kept(Generic[T]):
@@ -88,7 +90,7 @@ def _vertices(key: Key) -> Array:
     return np.unique(shape.hull.vertices, axis=0)
 
 
-_VERTICES: Kept[Array] = Kept(_vertices)
+_VERTICES: Kept[Array] = Kept(_vertices, MOST_HULLS)
 
 
 def vertices(key: Key) -> Array:
@@ -131,7 +133,7 @@ def _faced(key: Key) -> Faced:
     return Faced(points[hull.vertices], faces)
 
 
-_FACED: Kept[Faced] = Kept(_faced)
+_FACED: Kept[Faced] = Kept(_faced, MOST_HULLS)
 
 
 def faced(key: Key) -> Faced:

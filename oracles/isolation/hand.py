@@ -30,6 +30,9 @@ HARD_LIMIT = 4
 ROW = struct.Struct(f"{WIDTH}d")
 DONE = b"d"
 
+Scene = tuple[int, list[float], list[float]]
+"""Number of a scene, and the packed proxies as the solver takes them."""
+
 
 class Worn(Exception):
     """Something was left changed that could not be set back: another hand has to go on."""
@@ -104,33 +107,60 @@ class Hand:
         """Ask block by block; one that has left something changed is asked again, scene by scene."""
         board, pending, done = self.board, self.board.pending(), 0
         while done < len(pending):
-            block = pending[done : done + (1 if board.careful[0] > 0 else self.block)]
-            board.since[0] = block[0]
-            begin, used = time.perf_counter(), time.process_time_ns()
-            self._ask(solve, block)
-            board.spent[0] += time.process_time_ns() - used
-            board.asked[0] += len(block)
+            careful = int(board.careful[0])
+            block = pending[done : done + (min(self.block, careful) if careful > 0 else self.block)]
+            begin = time.perf_counter()
+            if careful > 0 or len(block) == 1:
+                for scene in self._scenes(block):
+                    self._check_alone(solve, scene)
+            elif not self._check_together(solve, block):
+                continue
+            done += len(block)
             self._pace(len(block), time.perf_counter() - begin)
-            self._end_if_forked()
-            changed, sound = self.state.restore()
-            if changed and len(block) > 1:
-                board.status[block] = PENDING
-                board.careful[0] = CAREFUL_FOR
-            else:
-                if changed:
-                    self._remark(int(block[0]), changed)
-                done += len(block)
-                board.careful[0] = CAREFUL_FOR if changed else max(0, board.careful[0] - len(block))
-            if not sound:
-                raise Worn
 
-    def _ask(self, solve: Solver, block: NDArray[np.intp]) -> None:
-        """Ask the scenes of a block: the inner loop of all screening, so each line of it is counted."""
+    def _scenes(self, block: NDArray[np.intp]) -> list[Scene]:
+        """Read scenes off the board."""
+        board = self.board
+        return list(zip(block.tolist(), board.rows_a[block].tolist(), board.rows_b[block].tolist(), strict=True))
+
+    def _check_alone(self, solve: Solver, scene: Scene) -> None:
+        """Ask a scene, and say what its call has left changed."""
+        board = self.board
+        changed, sound = self._asked(solve, [scene])
+        if changed:
+            self._remark(scene[0], changed)
+        board.careful[0] = CAREFUL_FOR if changed else max(0, int(board.careful[0]) - 1)
+        if not sound:
+            raise Worn
+
+    def _check_together(self, solve: Solver, block: NDArray[np.intp]) -> bool:
+        """Ask a block; where it has left something changed, its answers do not count. Whether they do."""
+        board = self.board
+        changed, sound = self._asked(solve, self._scenes(block))
+        if changed:
+            board.status[block] = PENDING
+            board.careful[0] = CAREFUL_FOR
+        if not sound:
+            raise Worn
+        return not changed
+
+    def _asked(self, solve: Solver, scenes: list[Scene]) -> tuple[list[str], bool]:
+        """Ask some scenes; what they have left changed, and whether it could be set back."""
+        board = self.board
+        board.since[0] = scenes[0][0]
+        used = time.process_time_ns()
+        self._ask(solve, scenes)
+        board.spent[0] += time.process_time_ns() - used
+        board.asked[0] += len(scenes)
+        self._end_if_forked()
+        return self.state.restore()
+
+    def _ask(self, solve: Solver, scenes: list[Scene]) -> None:
+        """Ask some scenes: the inner loop of all screening, so each line of it is counted."""
         board, forked = self.board, self.forked
         memory, start, pack = board.memory, board.answers_start, ROW.pack_into
         at, status = memoryview(board.at.data), memoryview(board.status.data)
-        rows = zip(block.tolist(), board.rows_a[block].tolist(), board.rows_b[block].tolist(), strict=True)
-        for i, a, b in rows:
+        for i, a, b in scenes:
             at[0] = i
             try:
                 answer = solve(a, b)

@@ -68,16 +68,26 @@ class State:
 
     def __init__(self) -> None:
         self.aspects = aspects()
-        self.first = [aspect.read() for aspect in self.aspects]
+        self.readers = [aspect.read for aspect in self.aspects]
+        self.first = [read() for read in self.readers]
 
     def restore(self) -> tuple[list[str], bool]:
         """Say what differs from the first state, set it back, and tell whether that went well."""
+        if self._unchanged():
+            return [], True
         found = self._different()
         for aspect, first, _ in found:
             with suppress(Exception):
                 aspect.write(first)
         said = [f"{a.name} ({now})" if a.shown else a.name for a, _, now in found]
         return said, not (found and self._different())
+
+    def _unchanged(self) -> bool:
+        """Whether all is as it was: the usual case, and asked after every scene once a hand was lost."""
+        try:
+            return [read() for read in self.readers] == self.first
+        except Exception:  # what cannot even be read
+            return False
 
     def _different(self) -> list[tuple[Aspect, Any, Any]]:
         now = [_read(aspect) for aspect in self.aspects]
