@@ -39,9 +39,11 @@ MOST = 800
 """Scenes of a regime and pair in one task."""
 MESHES, MOST_OF_MESHES = 4, 800
 """The same of meshes: those of a regime share theirs and are a batch by themselves, so few cost as much as many."""
-FORMED, FEWER = {KDOP, ConvexPolyhedron, Composite}, 3
-"""Types of which an engine makes another hull, or several objects, for each scene: that costs more than judging it.
-Beside meshes they get so many times fewer; and so do searches at rest without them, which go in one batch."""
+FORMED, MESHED = {KDOP, ConvexPolyhedron, Composite}, 2
+"""Types of which an engine makes another hull, or several objects, for each scene: that costs more than judging it, so
+that beside meshes they get so many times fewer."""
+FEWER = 3
+"""Searches at rest without hulls or meshes get so many times fewer: all regimes go in one batch."""
 POLYGONS, MOST_OF_POLYGONS = 2, 40
 """Flat pairs with a polygon get twice as many, up to so many: there is no search, and half a millisecond is a scene."""
 STEPPED = 6
@@ -232,7 +234,7 @@ def scenes_each(pair: PairKey, each: int, *, moving: bool = False) -> int:
     if is_quick(*pair) or (HalfSpace in pair and not FORMED & set(pair) and not moving):
         return min(MOST, each * QUICK)
     if Polyhedron in pair and not moving:
-        return max(1, each // FEWER) if FORMED & set(pair) else min(MOST_OF_MESHES, each * MESHES)
+        return max(1, each // MESHED) if FORMED & set(pair) else min(MOST_OF_MESHES, each * MESHES)
     if is_flat(pair[0]) and not moving:
         return min(MOST_OF_POLYGONS, POLYGONS * each)
     return max(1, each // (SEARCHED if moving or FORMED & set(pair) else FEWER))
