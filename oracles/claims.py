@@ -451,7 +451,7 @@ def is_fragile(shape: Proxy) -> bool:
 
 
 def moved_by(shape: Proxy, way: Array) -> tuple[Proxy, Bools]:
-    """The shapes moved, and which of them could be: rounding a long move may leave flat slabs without a common point."""
+    """The shapes moved, and which of them could be: rounding a long move may leave flat slabs without any point."""
     try:
         return shape.translated(way), np.ones(len(way), dtype=bool)
     except ShapeError:
