@@ -19,7 +19,7 @@ from oracles.engine import Answers, Convention
 from oracles.reference import UNIONS, allows, error_of, kept, proven, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Scene
 from oracles.world import PLANE, World, world_of
-from refimpl import KDOP, Box, Cylinder, HalfSpace, Point, Proxy, Ray, distance
+from refimpl import KDOP, Box, Cylinder, HalfSpace, Point, Proxy, Ray, ShapeError, distance
 from refimpl.atoms import portions
 from refimpl.linear import Array, Bools, dot, largest, norm, scale
 from refimpl.proof import Certificate, SweepCertificate
@@ -343,8 +343,10 @@ class Questioned:
         zero, move = self._nothing, np.where(made[:, None], move, 0.0)
         low = np.where(self._of_a_piece(made, margin), -np.inf, zero)
         first_moves = is_fragile(self.b) and not is_fragile(self.a)
-        x, y = (self.a.translated(-move), self.b) if first_moves else (self.a, self.b.translated(move))
-        before, after = (self.a, x) if first_moves else (self.b, y)
+        before, way = (self.a, -move) if first_moves else (self.b, move)
+        after, can_move = moved_by(before, way)
+        x, y = (after, self.b) if first_moves else (self.a, after)
+        made = made & can_move
         rounding = ROUNDING * (np.maximum(after.magnitude, before.magnitude) + np.abs(move).max(axis=-1))
         rounding = np.where(made, rounding * leverage(after), 0.0)
         waived = self.query == CONTACTS and Convention.OF_ONE_TRIANGLE in self.waived
@@ -452,6 +454,23 @@ class Questioned:
 def is_fragile(shape: Proxy) -> bool:
     """Whether rounding a move may turn or bend a shape, or a part of it."""
     return any(isinstance(part, FRAGILE) for part in portions(shape))
+
+
+def moved_by(shape: Proxy, way: Array) -> tuple[Proxy, Bools]:
+    """The shapes moved, and which of them could be: rounding a long move may leave flat slabs without any point."""
+    try:
+        return shape.translated(way), np.ones(len(way), dtype=bool)
+    except ShapeError:
+        can_move = np.array([_can_move(shape[i], step) for i, step in enumerate(way)])
+        return shape.translated(np.where(can_move[:, None], way, 0.0)), can_move
+
+
+def _can_move(shape: Proxy, way: Array) -> bool:
+    try:
+        shape.translated(way)
+    except ShapeError:
+        return False
+    return True
 
 
 def leverage(shape: Proxy) -> Array | float:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from oracles.worker import EngineWorker
 from oracles.world import is_flat
 from refimpl import Box, Capsule, HalfSpace, Sphere
 from refimpl.linear import norm
+from refimpl.mass import mass_properties
 from reports.bounces import as_markdown
 from tests.conftest import name_of
 from tests.sample_impact import FLAT
@@ -192,6 +194,33 @@ def test_moments_about_a_box_s_own_axes_are_all_that_bullet_is_told(workers: dic
     assert batch.motion is not None
     held = ENGINES["bullet"].effective_motion(HalfSpace, Box, batch.motion, (batch.a.pack(), batch.b.pack()))
     np.testing.assert_allclose(held.b.inertia, batch.motion.b.inertia, rtol=1e-12, atol=1e-300)
+
+
+def test_a_body_spins_freely_for_the_step_in_which_bullet_solves_its_impact(workers: dict[str, EngineWorker]) -> None:
+    """A capsule that lands on one end, spinning at 1e5: its spin changes by 1e-10 of itself; the impact is right."""
+    capsule = Capsule([0, 0, 0], [0, 1, 2], 1)
+    inertia = mass_properties(capsule).of_mass(1.0)
+    moving = Moving(np.array([0, 0.5, 1]), np.zeros(3), np.array([-1e5, 2e5, 1e5]), np.asarray(1.0), inertia)
+    still = Moving(np.zeros(3), np.zeros(3), np.zeros(3), np.asarray(0.0), np.eye(3))
+    motion = Motion(moving, still, np.array([0.0, 0, -1]), np.array([0.0, 0, -1]), np.asarray(0.5), np.asarray(0.0))
+    bullet, cell = ENGINES["bullet"], Cell(IMPACT, Capsule, HalfSpace)
+    landing, parting = (replace(motion, a=replace(moving, velocity=np.array([0, 0, v]))) for v in (-1e6, 1e6))
+    met, left = (Scene(IMPACT, capsule, HalfSpace([0, 0, 1], 1), "here", "", how) for how in (landing, parting))
+
+    def answered(scene: Scene) -> Answers:
+        return workers["bullet"].answer(IMPACT, Capsule, HalfSpace, *(row[None] for row in scene.rows))
+
+    shapes = met.a[None], met.b[None]
+    used = bullet.effective_motion(Capsule, HalfSpace, motion[None], (shapes[0].pack(), shapes[1].pack()))
+    gained = used.a.angular_velocity[0] - moving.angular_velocity
+    assert np.abs(gained).max() > 1e-6
+    freely = answered(left).angular_a[0] - moving.angular_velocity
+    np.testing.assert_allclose(freely, gained, rtol=0, atol=1e-10)
+    answers = answered(met)
+    assert Judges(bullet).convict(met, answers).kind is Kind.CONVENTION
+    answers.angular_a[0, 0] += 1e-4  # a real fault, of 1e-10 of the speed
+    assert Judges(bullet).convict(met, answers).kind is Kind.WRONG
+    assert Judges(bullet).screen(cell, *shapes, landing[None], answers).kind[0] is Kind.WRONG
 
 
 def test_what_breaks_a_law_with_both_inertias_is_named_by_that_law(workers: dict[str, EngineWorker]) -> None:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from oracles import reference
 from oracles.answers import reference_answers, take
 from oracles.batch import Batch
-from oracles.claims import NEITHER, NOT_A_NUMBER, Questioned
+from oracles.claims import NEITHER, NOT_A_NUMBER, Questioned, moved_by
 from oracles.draws import NumpyDraws
 from oracles.engine import COLUMNS, WIDTH, Answers, Array, Effective, Status
 from oracles.engine import Kind as Type
@@ -24,6 +24,7 @@ from oracles.rules import Rules
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Cell
 from oracles.screening import KINDS, Screening, counted, fate_of, screen
 from refimpl import (
+    KDOP,
     Box,
     Capsule,
     Composite,
@@ -34,6 +35,7 @@ from refimpl import (
     Proxy,
     Ray,
     Separation,
+    ShapeError,
     Sphere,
     distance,
 )
@@ -228,3 +230,24 @@ def test_what_is_known_of_a_batch_is_asked_once(monkeypatch: pytest.MonkeyPatch)
         found = screen(Rules(engine), Cell(BOOLEAN, Sphere, Cylinder), batch.a, batch.b, answers)
         assert set(found.kind) == {Kind.AGREES}
     assert asked == [len(batch)]
+
+
+def test_slabs_that_no_move_leaves_whole_are_asked_for_no_normal() -> None:
+    """A point as slabs across five directions, sent away by an answer: rounding leaves no point, and others go on."""
+    directions = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [1, -1, 0.3]])
+    point = KDOP(directions, np.zeros(5), np.zeros(5))[None]
+    both = point[[0, 0]]
+    normals = np.array([[0.48, 0.6, 0.64], [0.0, 0.0, 1.0]])
+    way = np.array([1.0, 0.0])[:, None] * normals
+    with pytest.raises(ShapeError, match="the set is empty"):
+        both.translated(way)
+    moved, can_move = moved_by(both, way)
+    assert can_move.tolist() == [False, True]
+    np.testing.assert_array_equal(moved.pack(), both.pack())
+    table = np.full((2, WIDTH), np.nan)
+    table[:, COLUMNS["hit"]] = 1.0
+    table[:, COLUMNS["distance"]] = [[-1.0], [0.0]]
+    table[:, COLUMNS["normal"]] = normals
+    answers = Answers.from_table(np.zeros(2, dtype=np.int8), table, {})
+    found = screen(Rules(Exact()), Cell(CONTACTS, KDOP, KDOP), both, both, answers)
+    assert [found.kind[0], found.kind[1]] == [Kind.WRONG, Kind.AGREES]

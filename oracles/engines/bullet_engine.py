@@ -171,7 +171,7 @@ class BulletEngine(Engine):
         return _effective(A, rows_a, sharp, bare), _effective(B, rows_b, sharp, bare)
 
     def effective_motion(self, A: Kind, B: Kind, motion: Motion, rows: tuple[Array, Array]) -> Motion:
-        """Leave bodies the moments of inertia about their own axes: Bullet has no others."""
+        """Leave bodies the moments about their own axes, as Bullet has no others, and have them spin for a step."""
         a, b = (impacts.as_held(*body) for body in zip((A, B), motion.bodies, rows, strict=True))
         return replace(motion, a=a, b=b)
 
