@@ -124,7 +124,7 @@ class Claim:
             return nothing, nothing, np.zeros(len(self.made))
         magnitude = np.maximum(self.x.magnitude, self.y.magnitude)
         if self.kept:
-            least, most = kept(self.x, self.y, self.made)
+            least, most = kept(self.x, self.y, self.made, enough=self.margin + self.high)
         else:
             bounded = self.low > -np.inf
             told = ~bounded & (self.margin + self.high > CLEAR * magnitude + 2.0 * self.rounding)
@@ -363,7 +363,7 @@ class Questioned:
             return np.zeros(len(made), dtype=bool)
         if self.query == CONTACTS and self.waived & OTHER_DEPTHS:
             return overlapping
-        _, most = kept(self.a, self.b, overlapping)
+        _, most = kept(self.a, self.b, overlapping, enough=np.inf)
         deepest = margin - np.minimum(most, 0.0)
         slack = self._nothing if self.allowed is None else self.allowed
         return np.asarray(overlapping & (-self.answers.distance <= PIECE * deepest + slack))

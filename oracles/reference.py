@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oracles.clock import timed
 from oracles.keeping import MOST_BATCHES, kept_by_rows
@@ -19,7 +20,7 @@ from oracles.world import world_of
 from refimpl import AABB, Box, Capsule, HalfSpace, Point, Proxy, Ray, Sphere, distance, intersect
 from refimpl.flat import Disc, FlatPoint, FlatRay, Rectangle, Segment
 from refimpl.linear import Array, Bools, norm
-from refimpl.overlaps import resolve
+from refimpl.overlaps import nearest, resolve
 from refimpl.pairs import CLOSED, ITERATIVE, Rule
 from refimpl.proof import Certificate, certify, check
 from refimpl.proof.claims import Bound
@@ -98,10 +99,12 @@ def signed(
     return low, high
 
 
-def kept(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
+def kept(x: Proxy, y: Proxy, wanted: Bools, *, enough: Array | float = -math.inf) -> tuple[Array, Array]:
     """The same as `signed`, for two batches that are asked about again: by other queries, and of other engines.
 
-    What was asked once of these very batches is known from then on, row by row.
+    What was asked once of these very batches is known from then on, row by row. Of large batches of composites that
+    overlap a way out, which takes longest, is looked for only in rows whose bound from above is greater than `enough`;
+    the others may have −∞ from below.
     """
     key = (id(x), id(y))
     if key not in _batches:
@@ -110,10 +113,15 @@ def kept(x: Proxy, y: Proxy, wanted: Bools) -> tuple[Array, Array]:
             _batches.popitem(last=False)
     _batches.move_to_end(key)
     known = _batches[key]
-    missing = np.flatnonzero(wanted & ~known.rows)
+    if len(x) > ALONE and np.any(enough > -math.inf) and (isinstance(x, Composite) or isinstance(y, Composite)):
+        with timed("reference"):
+            known.look_from_above(wanted)
+        missing = np.flatnonzero(wanted & ~known.rows & (known.high > enough))
+    else:
+        missing = np.flatnonzero(wanted & ~known.rows)
     if missing.size:
         with timed("reference"):
-            part = (x, y) if missing.size == len(wanted) else (x[missing], y[missing])
+            part = known.part(missing)
             known.low[missing], known.high[missing] = signed(*part, np.ones(len(missing), dtype=bool))
         known.rows[missing] = True
     return np.where(wanted, known.low, 0.0), np.where(wanted, known.high, 0.0)
@@ -134,7 +142,10 @@ def kept_shape(rows: Array, kind: Kind) -> Proxy:
 
 @dataclass(frozen=True)
 class _Known:
-    """Signed distances of a pair of batches, of the rows that were asked for; holds the batches, so that ids stay."""
+    """Signed distances of a pair of batches, of the rows that were asked for; holds the batches, so that ids stay.
+
+    A row's `high` is NaN until something is known of it, its `low` −∞.
+    """
 
     x: Proxy
     y: Proxy
@@ -145,7 +156,19 @@ class _Known:
     @classmethod
     def nothing(cls, x: Proxy, y: Proxy) -> _Known:
         n = len(x)
-        return cls(x, y, np.zeros(n, dtype=bool), np.zeros(n), np.zeros(n))
+        return cls(x, y, np.zeros(n, dtype=bool), np.full(n, -np.inf), np.full(n, np.nan))
+
+    def part(self, rows: NDArray[np.int_]) -> tuple[Proxy, Proxy]:
+        """Some of the pairs."""
+        return (self.x, self.y) if rows.size == len(self.rows) else (self.x[rows], self.y[rows])
+
+    def look_from_above(self, wanted: Bools) -> None:
+        """Ask for gaps, and for the deepest pairs of atoms of unions that overlap."""
+        new = np.flatnonzero(wanted & np.isnan(self.high))
+        if new.size:
+            self.high[new] = nearest(*self.part(new))
+            apart = new[self.high[new] >= 0]
+            self.low[apart], self.rows[apart] = self.high[apart], True
 
 
 def _recalled(x: Proxy, y: Proxy) -> tuple[Array, Array]:

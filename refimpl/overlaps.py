@@ -55,6 +55,14 @@ def separate(a: Proxy, b: Proxy) -> Separation:
     return known[0] if known else _by_atoms(a, b, _by_pieces).separation
 
 
+def nearest(a: Proxy, b: Proxy) -> Array:
+    """Signed distances from above: of unions that overlap minus the depth of their deepest pair of atoms."""
+    known = _by_surface(a, b)
+    found = _of_surface(*known) if known else _by_atoms(a, b, _by_deepest_pair)
+    sigma = found.separation.distance
+    return np.where(sigma < 0, -found.deepest, sigma)
+
+
 def _completed(
     known: Separation, decided: Bools, a: Proxy, b: Proxy, others: Callable[[Proxy, Proxy], Overlaps]
 ) -> Overlaps:
@@ -109,9 +117,13 @@ def _by_pieces(a: Proxy, b: Proxy) -> Overlaps:
     return _searched(a, b)[0]
 
 
-def _searched(a: Proxy, b: Proxy) -> tuple[Overlaps, Array]:
+def _by_deepest_pair(a: Proxy, b: Proxy) -> Overlaps:
+    return _searched(a, b, ways=False)[0]
+
+
+def _searched(a: Proxy, b: Proxy, ways: bool = True) -> tuple[Overlaps, Array]:
     """What pairs of atoms tell, and a point of each deepest overlap."""
-    found = [there.separations() for there in scenes(a, b)]
+    found = [there.separations(ways) for there in scenes(a, b)]
     columns = [[getattr(part, name) for part, *_ in found] for name in ("distance", "on_a", "on_b", "normal")]
     lower, middle, deepest = (np.concatenate([part[i] for part in found]) for i in (1, 2, 3))
     return Overlaps(Separation(*map(np.concatenate, columns)), lower, deepest), middle

@@ -125,14 +125,17 @@ class Scenes:
         self.room *= 2
         self.batch = self._batch()
 
-    def separations(self) -> tuple[Separation, Array, Array, Array]:
-        """Signed distances, lengths below which no translation separates, a point of the deepest pair, its depth."""
+    def separations(self, ways: bool = True) -> tuple[Separation, Array, Array, Array]:
+        """Signed distances, lengths below which no translation separates, a point of the deepest pair, its depth.
+
+        Without `ways` overlapping ones are answered by their deepest pair.
+        """
         count = len(self.exponent)
         answers, tolerances = (numbers(c, self.module) for c in (np.zeros((count, RESULT)), ROUNDING * self.size))
         done = 0
         while done < count:
             search = search_room(self.pairs, self.room, self.module)
-            done = self.module.separations(self.batch, search, tolerances, done, answers)
+            done = self.module.separations(self.batch, search, tolerances, ways, done, answers)
             if done < count:
                 self._enlarge()
         found = np.asarray(answers).reshape(count, RESULT)

@@ -232,6 +232,22 @@ def test_what_is_known_of_a_batch_is_asked_once(monkeypatch: pytest.MonkeyPatch)
     assert asked == [len(batch)]
 
 
+def test_ways_out_of_composites_are_looked_for_where_an_answer_says_more_than_the_deepest_parts() -> None:
+    batch = max(Batch.draw((Box, Composite), 5, (1,), 12), key=len)  # each form of composites is a batch
+    every = np.ones(len(batch), dtype=bool)
+    low, high = reference.signed(batch.a, batch.b, every)
+    deeper = low < high
+    assert deeper.sum() > 3, "no overlap with a way out that is longer than its deepest pair"
+    x, y = batch.a[np.arange(len(batch))], batch.b[np.arange(len(batch))]
+    from_above = reference.kept(x, y, every, enough=np.inf)
+    np.testing.assert_array_equal(from_above[1], high)
+    np.testing.assert_array_equal(from_above[0], np.where(high >= 0, low, -np.inf))
+    enough = np.where(np.arange(len(batch)) % 2 == 0, high - 0.1, high)
+    some = reference.kept(x, y, every, enough=enough)
+    np.testing.assert_array_equal(some[0], np.where((high >= 0) | (high > enough), low, -np.inf))
+    np.testing.assert_array_equal(reference.kept(x, y, every), (low, high))
+
+
 def test_slabs_that_no_move_leaves_whole_are_asked_for_no_normal() -> None:
     """A point as slabs across five directions, sent away by an answer: rounding leaves no point, and others go on."""
     directions = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [1, -1, 0.3]])

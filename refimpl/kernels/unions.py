@@ -159,15 +159,15 @@ def scene_of(batch: Batch, row: int) -> Scene:
 
 
 @inlined
-def _answered(scene: Scene, search: Search, tolerance: float, row: Scratch) -> bool:
-    """Answer one pair of unions; whether there was room."""
+def _answered(scene: Scene, search: Search, tolerance: float, ways: bool, row: Scratch) -> bool:
+    """Answer one pair of unions, overlapping ones by a way out, if that is wanted; whether there was room."""
     overlapping, answered = nearest(scene, False)
     if overlapping < 0:
         return False
     alone_a, alone_b = len(scene.a) == 1, len(scene.b) == 1
     # a single half-space is left by all along its normal, by the deepest last
     plain = (alone_a and scene.a[0][KIND] == HALF_SPACE) or (alone_b and scene.b[0][KIND] == HALF_SPACE)
-    if overlapping > 0 and not plain and not (alone_a and alone_b):
+    if ways and overlapping > 0 and not plain and not (alone_a and alone_b):
         return way_out(scene, search, answered, tolerance, row)
     for i in range(10):
         row[i] = scene.pairs[0][i + 1]
@@ -177,14 +177,14 @@ def _answered(scene: Scene, search: Search, tolerance: float, row: Scratch) -> b
 
 @kernel
 def separations(
-    batch: Batch, search: Search, tolerances: Sequence[float], first: int, answers: Sequence[Scratch]
+    batch: Batch, search: Search, tolerances: Sequence[float], ways: bool, first: int, answers: Sequence[Scratch]
 ) -> int:
     """Answer a batch from row `first` on, as far as there is room; gives the row that it comes to.
 
     Each row gets `RESULT` numbers (`escapes`); those that do not overlap have no use for the point.
     """
     for row in range(first, len(batch.a)):
-        if not _answered(scene_of(batch, row), search, tolerances[row], answers[row]):
+        if not _answered(scene_of(batch, row), search, tolerances[row], ways, answers[row]):
             return row
     return len(batch.a)
 
