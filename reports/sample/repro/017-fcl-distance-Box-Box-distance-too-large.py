@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-# fcl · distance · Box–Box · distance too large · generic · 1e-1
+# fcl · distance · Box–Box · distance too large · tiny · 1e-1
 """fcl, distance of Box (A) and Box (B): distance too large.
 
-fcl answers a signed distance of 1.70293863659264: distance too large; the signed distance is proven to be
-between 1.3038404810405297 and 1.30384048104053. It is wrong by at least 0.399.
+fcl answers a signed distance of 8.905938233918366e-06: distance too large; the signed distance is proven to
+be between -1.4962847309138967e-05 and -1.4962847309138962e-05. It is wrong by at least 2.39e-05.
 
     python FILE                       asks fcl, and judges its answer
     python FILE "distance = 3.0" ...  judges this answer instead
@@ -20,6 +20,7 @@ import math
 import signal
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from importlib.util import find_spec
@@ -36,13 +37,13 @@ def ask():
     import numpy as np
 
     print("python-fcl", version("python-fcl"))
-    a_shape = fcl.Box(1.0, 1.0, 1.0)
+    a_shape = fcl.Box(1.4973717378582716e-05, 1.04198436267486e-05, 3.5535908132002585e-05)
     a = [
-        fcl.CollisionObject(a_shape, fcl.Transform(np.array([[0.6, 0.8, 0.0], [0.8, -0.6000000000000001, 0.0], [0.0, 0.0, -1.0]]), np.array([2.0, 0.5, 0.0]))),
+        fcl.CollisionObject(a_shape, fcl.Transform(np.array([[-0.5383191276064614, 0.2617492625635471, 0.801061695751618], [-0.699950855763281, -0.668247457824225, -0.252020107586104], [0.46934136443453284, -0.696371063915568, 0.5429420088479349]]), np.array([-2.058757322037854e-05, 4.0580902166308585e-06, 2.5044412590664683e-05]))),
     ]
-    b_shape = fcl.Box(1.0, 1.0, 2.0)
+    b_shape = fcl.Box(3.9460722869921065e-05, 3.03161033824186e-05, 3.0616702189631236e-05)
     b = [
-        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[-0.33333333333333326, 0.6666666666666666, 0.6666666666666666], [0.6666666666666666, -0.33333333333333326, 0.6666666666666666], [0.6666666666666666, 0.6666666666666666, -0.33333333333333326]]), np.array([0.0, -1.0, 2.0]))),
+        fcl.CollisionObject(b_shape, fcl.Transform(np.array([[-0.19812919240581017, 0.03551337373395217, 0.979532349339548], [-0.4366730518253448, 0.8914936625189511, -0.12064698710737111], [-0.8775314632115258, -0.4516390704695278, -0.1611231861007587]]), np.array([-2.5175011353973295e-05, 2.3166415453454783e-06, 5.825186974114339e-06]))),
     ]
 
 
@@ -62,14 +63,24 @@ def ask():
 
 # ---- 2. The scene, what was answered, and what proves it wrong ---------------------------------------------------
 
-A = {"type": "Box", "center": [2.0, 0.5, 0.0], "half_extents": [0.5, 0.5, 0.5], "rotation": [1.0, 0.5, 0.0, 0.0]}
-B = {"type": "Box", "center": [0.0, -1.0, 2.0], "half_extents": [0.5, 0.5, 1.0], "rotation": [1.0, 1.0, 1.0, 0.0]}
-ANSWER = {
-    "distance": 1.70293863659264,
-    "on_a": [1.3, 0.3999999999999999, 0.5],
-    "on_b": [1.1666666666666665, -0.8333333333333333, 1.6666666666666667],
+A = {
+    "type": "Box",
+    "center": [-2.058757322037854e-05, 4.0580902166308585e-06, 2.5044412590664683e-05],
+    "half_extents": [7.486858689291358e-06, 5.2099218133743e-06, 1.7767954066001293e-05],
+    "rotation": [-0.4545161726677265, 0.339308947665506, -0.9837004980178676, 0.3440705322072828],
 }
-HELD = {"owed": ["distance", "on_a", "on_b"], "witness": 3e-06, "distance": 3e-06}
+B = {
+    "type": "Box",
+    "center": [-2.5175011353973295e-05, 2.3166415453454783e-06, 5.825186974114339e-06],
+    "half_extents": [1.9730361434960532e-05, 1.51580516912093e-05, 1.5308351094815618e-05],
+    "rotation": [0.14446417566549874, -0.8105305423419451, 0.2060895899260089, -0.6687591188496753],
+}
+ANSWER = {
+    "distance": 8.905938233918366e-06,
+    "on_a": [-3.312254763420833e-05, 9.089749762684125e-06, 1.3148875460599709e-05],
+    "on_b": [-2.8834772166767635e-05, 1.356163168274199e-06, 1.4208288389511661e-05],
+}
+HELD = {"owed": ["distance", "on_a", "on_b"], "witness": 1.000025175011354e-06, "distance": 1.000025175011354e-06}
 SIDES = [
     {
         "symptom": "distance too large",
@@ -80,16 +91,66 @@ SIDES = [
             "x": A,
             "y": B,
             "margin": 0.0,
-            "interval": [1.3038404810405297, 1.30384048104053],
+            "interval": [-1.4962847309138967e-05, -1.4962847309138962e-05],
             "claims": [
-                {"kind": "separated", "n": [-0.8888888888888888, -1.0, 0.5555555555555556], "faces": [[], []]},
-                {"kind": "near", "a": [1.3, 0.4, 0.5], "b": [0.5, -0.5, 1.0]},
+                {"kind": "escape", "n": [-0.2257801579908159, -0.4976152652433003, -1.0], "faces": [[], []]},
+                {
+                    "kind": "core",
+                    "pairs": [
+                        [
+                            [-9.60333375434051e-07, 1.3391246606301518e-06, 2.7549449995720326e-05],
+                            [-4.461751059816463e-05, -1.7965476177752256e-05, -2.176327287306283e-06],
+                        ],
+                        [
+                            [-4.021481306532303e-05, 6.7770557726315655e-06, 2.253937518560904e-05],
+                            [-5.73251210978196e-06, 2.2598759268443212e-05, 1.3826701235534962e-05],
+                        ],
+                        [
+                            [-3.2154174589058675e-05, 1.7257922065728052e-05, 1.5511590240487953e-05],
+                            [-1.4627460373325866e-05, -2.1659289052094916e-05, -7.109387891997744e-06],
+                        ],
+                        [
+                            [-2.942678820372975e-05, 1.0294888051227347e-05, 8.25551264829518e-06],
+                            [-3.6799189444197686e-05, -7.340418949096476e-07, 3.245169859212006e-05],
+                        ],
+                        [
+                            [-9.020971851698408e-06, -9.141741632466333e-06, 3.457723494084141e-05],
+                            [-3.5722562334620723e-05, 2.629257214278587e-05, 1.8759761840226424e-05],
+                        ],
+                        [
+                            [-3.748742667999411e-05, -1.8597824186913736e-07, 1.528329759341627e-05],
+                            [-3.5722562334620723e-05, 2.629257214278587e-05, 1.8759761840226424e-05],
+                        ],
+                        [
+                            [-3.748742667999411e-05, -1.8597824186913736e-07, 1.528329759341627e-05],
+                            [-6.809139219358923e-06, -4.4278547692523075e-06, 2.7518637987428603e-05],
+                        ],
+                        [
+                            [-3.748742667999411e-05, -1.8597824186913736e-07, 1.528329759341627e-05],
+                            [-3.6799189444197686e-05, -7.340418949096476e-07, 3.245169859212006e-05],
+                        ],
+                    ],
+                    "triangles": [
+                        [0, 2, 1],
+                        [2, 0, 3],
+                        [0, 1, 4],
+                        [3, 0, 4],
+                        [3, 4, 5],
+                        [4, 1, 5],
+                        [1, 2, 6],
+                        [2, 3, 6],
+                        [5, 1, 6],
+                        [3, 5, 7],
+                        [5, 6, 7],
+                        [6, 3, 7],
+                    ],
+                },
             ],
         },
         "claim": None,
     },
 ]
-ALLOWED = "fcl is allowed an error of distance 3e-06, witness 3e-06"
+ALLOWED = "fcl is allowed an error of distance 1.000025175011354e-06, witness 1.000025175011354e-06"
 NEEDED = [["fcl", "pip install python-fcl"], ["numpy", "pip install numpy"]]
 NAMES = ["hit", "distance", "on_a", "on_b", "normal", "t", "point"]
 
@@ -122,6 +183,10 @@ def vector(values: Any) -> list[Fraction]:
 def dot(u: Vector, v: Vector) -> Any:
     """Scalar product."""
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+def cross(u: Vector, v: Vector) -> list[Any]:
+    """Vector product."""
+    return [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 
 def minus(u: Vector, v: Vector) -> list[Any]:
     """Difference u − v."""
@@ -217,24 +282,50 @@ def width_of(room: Any, n: Vector, radius: Any) -> Any:
     low, high = length(n)
     return room / (high if room > 0 else low) - radius
 
-def separated(claim: Any, a: Solid, b: Solid) -> Interval:
-    """σ ≥ L > 0: planes across n leave a gap."""
+def escape(claim: Any, a: Solid, b: Solid) -> Interval:
+    """σ ≥ −D: moving B by D along n separates the two."""
     n, room = room_along(claim, a, b)
-    require(sign_of(room, n, a.radius + b.radius) > 0, "the planes across n leave no gap")
+    require(sign_of(room, n, a.radius + b.radius) <= 0, "the planes across n leave a gap")
     return width_of(room, n, a.radius + b.radius), math.inf
 
-def near(claim: Any, a: Solid, b: Solid) -> Interval:
-    """σ ≤ ‖p − q‖, as p lies in A and q in B."""
-    (p, beyond_a), (q, beyond_b) = a.member(claim["a"], True), b.member(claim["b"], True)
-    return -math.inf, length(minus(p, q))[1] + beyond_a + beyond_b
+def ball_inside(points: Sequence[Vector], triangles: Any) -> Fraction:
+    """Square of the radius of a ball around 0 in the hull of some points.
+
+    The triangles are a closed surface, all of which turn their inner side to 0: so it winds around 0, and no ray from
+    0 leaves the hull before it meets the plane of one of them.
+    """
+    edges: Counter[tuple[int, int]] = Counter()
+    squares = []
+    for i, j, k in triangles:
+        require(min(i, j, k) >= 0, "no such point")
+        edges.update([(i, j), (j, k), (k, i)])
+        normal = cross(minus(points[j], points[i]), minus(points[k], points[i]))
+        height = dot(normal, points[i])
+        require(height > 0, "a triangle does not turn its inner side to 0")
+        squares.append(Fraction(height * height) / dot(normal, normal))
+    require(squares and all(n == edges[j, i] for (i, j), n in list(edges.items())), "the surface is not closed")
+    least: Fraction = min(squares)
+    return least
+
+def core(claim: Any, a: Solid, b: Solid) -> Interval:
+    """σ ≤ −r: a polytope of points p − q, with p in A and q in B, holds a ball of radius r around 0."""
+    found = [(a.member(p), b.member(q)) for p, q in claim["pairs"]]
+    points = [minus(p, q) for (p, _), (q, _) in found]
+    outside = max(beyond_a + beyond_b for (_, beyond_a), (_, beyond_b) in found)
+    if len(points) == 1 and not claim["triangles"]:
+        upper = length(points[0])[1] + outside - a.radius - b.radius
+    else:
+        upper = outside - root(ball_inside(points, claim["triangles"]))[0] - a.radius - b.radius
+    require(upper <= 0, "the points do not prove that the shapes meet")
+    return -math.inf, upper
 
 MEANING: dict[str, Any] = {
     "Box": box,
 }
 
 CHECKS: dict[str, Any] = {
-    "separated": separated,
-    "near": near,
+    "escape": escape,
+    "core": core,
 }
 
 def read(shape: Any) -> Any:
