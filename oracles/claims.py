@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 
 from oracles.answers import take
+from oracles.claimed_shapes import ROUNDING, cube_on, is_fragile, leverage, moved_by, past, rounding_of, tested
 from oracles.engine import Answers, Convention
 from oracles.reference import UNIONS, allows, error_of, kept, proven, signed
 from oracles.scene import BOOLEAN, CONTACTS, DISTANCE, RAYCAST, Scene
 from oracles.world import PLANE, World, world_of
-from refimpl import KDOP, Box, Cylinder, HalfSpace, Point, Proxy, Ray, ShapeError, distance
-from refimpl.atoms import portions
-from refimpl.linear import Array, Bools, dot, largest, norm, scale
+from refimpl import HalfSpace, Proxy, Ray, distance
+from refimpl.linear import Array, Bools, norm, scale
 from refimpl.proof import Certificate, SweepCertificate
 from refimpl.proof.claims import Bound
 
@@ -51,8 +51,6 @@ SWEEP_TILTED = "sweep's normal does not separate"
 
 WRONG_BOOLEANS = (MISSED, FALSE, RAY_MISSED, RAY_FALSE, SWEEP_MISSED, SWEEP_FALSE)
 VALUE, WITNESS, BOOL, LENGTH = "value", "witness", "boolean", "length"
-FRAGILE = (Cylinder, KDOP)
-"""Types that rounding a move may turn or bend: thin discs, slabs that nearly are parallel. The other shape is moved."""
 OTHER_DEPTHS = {Convention.DEPTH_OF_ITS_NORMAL, Convention.OF_ONE_TRIANGLE}
 """Conventions by which the depth of a contact need not be that of the pair."""
 
@@ -162,9 +160,6 @@ class Claim:
         return np.where(self.made & valued, np.maximum(worst - doubt, 0.0), np.nan)
 
 
-ROUNDING = 2.0**-50
-"""What rounding a sum of two vectors costs, relative to their largest coordinates, with room to spare."""
-
 UNIT_ERROR = 1e-6
 """How far from 1 a normal's length may be, whatever the scene's size: engines that keep normals in single precision are
 not wrong."""
@@ -172,13 +167,6 @@ not wrong."""
 PIECE = 1.01
 """An overlap said to be deeper than its deepest pair of pieces by no more than this factor, and than the engine's
 tolerance, may be meant to be that."""
-
-FARTHEST = 6.0
-"""No part of a bounded solid is so many times its magnitude away from its reference point: two corners of the cube of
-its coordinates are 2·√3 apart, and there may be a radius at one of them."""
-
-WELL_PAST = 2.0
-"""Time for which a ray goes on into a half-space: that has no size to measure the way by."""
 
 CLEAR = 1e-6
 """Part of a scene's size that no rounding comes near: where shapes that only must not be apart have so much room, any
@@ -418,12 +406,12 @@ class Questioned:
         usable = ~self.unusable
         reach = np.where(hit & usable & np.isfinite(answers.t), np.maximum(reach, answers.t), reach)
         end = ray.at(reach)
-        whole, rounding = world.rounded(ray.origin, end, zero), _rounding(ray.origin, end)
+        whole, rounding = world.rounded(ray.origin, end, zero), rounding_of(ray.origin, end)
         yield self.claim(whole, self.b, (zero, -free), (RAY_MISSED, ""), BOOL, missed, margin, rounding=rounding)
         yield self.claim(whole, self.b, (free, zero), ("", RAY_FALSE), BOOL, hit, margin, rounding=rounding)
         point = self.hit_point().reference_point
         hit = hit & usable
-        rounding = _rounding(ray.origin, point)
+        rounding = rounding_of(ray.origin, point)
         until = world.rounded(ray.origin, point, zero)
         way = norm(point - ray.origin)
         late, off = (RAY_LATE, ""), ("", RAY_OFF)
@@ -449,65 +437,3 @@ class Questioned:
             rounding = rounding + 4.0 * ROUNDING * size
         yield self.claim(beyond, self.b, (zero, -free), (TILTED, ""), WITNESS, named, margin, rounding=rounding)
         yield self.unit_claim(hit & (answers.t > 0) & np.isfinite(normal).all(axis=-1))
-
-
-def is_fragile(shape: Proxy) -> bool:
-    """Whether rounding a move may turn or bend a shape, or a part of it."""
-    return any(isinstance(part, FRAGILE) for part in portions(shape))
-
-
-def moved_by(shape: Proxy, way: Array) -> tuple[Proxy, Bools]:
-    """The shapes moved, and which of them could be: rounding a long move may leave flat slabs without any point."""
-    try:
-        return shape.translated(way), np.ones(len(way), dtype=bool)
-    except ShapeError:
-        can_move = np.array([_can_move(shape[i], step) for i, step in enumerate(way)])
-        return shape.translated(np.where(can_move[:, None], way, 0.0)), can_move
-
-
-def _can_move(shape: Proxy, way: Array) -> bool:
-    try:
-        shape.translated(way)
-    except ShapeError:
-        return False
-    return True
-
-
-def leverage(shape: Proxy) -> Array | float:
-    """By how much the rounding of a move grows: rounding the ends of a flat disc's axis turns the disc."""
-    found: Array | float = 1.0
-    for part in portions(shape):
-        if isinstance(part, Cylinder):
-            found = np.maximum(found, 1.0 + part.radius / norm(part.q - part.p))
-    return found
-
-
-def _rounding(u: Array, v: Array) -> Array:
-    """What rounding a sum of two vectors costs, given one of them and the sum."""
-    return ROUNDING * (largest(u) + largest(v))
-
-
-def past(ray: Ray, b: Proxy) -> Array:
-    """Time by which a ray is past anything of a bounded solid, or well past a half-space's near side.
-
-    No farther than that: the rounding of a far end would hide how near a small solid the ray starts.
-    """
-    past_all = (norm(b.reference_point - ray.origin) + FARTHEST * b.magnitude) / norm(ray.direction)
-    if isinstance(b, HalfSpace):
-        past_all = past_all + np.where(dot(b.normal, ray.direction) < 0, WELL_PAST, 0.0)
-    return np.asarray(past_all)
-
-
-def tested(shape: Proxy) -> Proxy:
-    """The shape as one that a point can be tested against: two points are no cell of the table."""
-    if not isinstance(shape, Point):
-        return shape
-    return world_of(shape).rounded(shape.position, shape.position, np.zeros(len(shape)))
-
-
-def cube_on(point: Array, outward: Array, half: Array) -> Box:
-    """Cubes that stand on the plane through `point`, on the side to which `outward` points."""
-    n = outward / norm(outward)[:, None]
-    up = np.where(n[:, 2:] < 0, -n, n)
-    turn = np.stack([-up[:, 1], up[:, 0], np.zeros(len(up)), 1.0 + up[:, 2]], axis=-1)
-    return Box(point + scale(half, n), np.repeat(half[:, None], 3, axis=1), turn)

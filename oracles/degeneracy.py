@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from oracles.claims import past
+from oracles.claimed_shapes import past
 from oracles.course import Course
 from oracles.looks import Look, look
 from oracles.motion import Motion

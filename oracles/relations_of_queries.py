@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from oracles.claims import past
+from oracles.claimed_shapes import past
 from oracles.engine import Convention, Status
 from oracles.images import has_slabs, moved
 from oracles.promises import Bounds

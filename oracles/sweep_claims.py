@@ -18,9 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from oracles import claims
+from oracles import claimed_shapes, claims
 from oracles.answers import take
-from oracles.claims import BOOL, LARGEST, ROUNDING, VALUE, WITNESS, Claim, Proof, Questioned
+from oracles.claimed_shapes import ROUNDING, leverage
+from oracles.claims import BOOL, LARGEST, VALUE, WITNESS, Claim, Proof, Questioned
 from oracles.course import Course
 from oracles.reference import signed
 from oracles.scene import SWEEP, Scene, size_of
@@ -205,7 +206,7 @@ class SweptRows(Questioned):
     def _rounding(self, a: Proxy, b: Proxy) -> Array:
         """What rounding moved shapes costs."""
         far = a.magnitude + b.magnitude + self.size
-        return np.asarray(ROUNDING * far * np.maximum(claims.leverage(a), claims.leverage(b)))
+        return np.asarray(ROUNDING * far * np.maximum(leverage(a), leverage(b)))
 
     # -- claims ------------------------------------------------------------------------------------------------
 
@@ -259,7 +260,7 @@ class SweptRows(Questioned):
         point = self.world.point(np.where(said[:, None], self.answers.point, 0.0))
         bounds, rounding = (np.full(len(said), -np.inf), self._zero), self._rounding(*shapes)
         for shape, margin in zip(shapes, (self.margin_a, self.margin_b), strict=True):
-            tested = claims.tested(shape)
+            tested = claimed_shapes.tested(shape)
             yield self.claim(point, tested, bounds, ("", claims.SWEEP_POINT), WITNESS, said, margin, rounding=rounding)
 
     def _normal_claims(self) -> Iterator[Claim]:
@@ -276,10 +277,10 @@ class SweptRows(Questioned):
         sides = zip(self._there, (self.margin_a, self.margin_b), (normal, -normal), strict=True)
         for shape, margin, outward in sides:
             # two half-spaces overlap without end at the least tilt
-            beyond_of = claims.cube_on if isinstance(shape, HalfSpace) else self.world.beyond
+            beyond_of = claimed_shapes.cube_on if isinstance(shape, HalfSpace) else self.world.beyond
             beyond = beyond_of(point, outward, self.size)
             words = claims.SWEEP_TILTED, ""
-            tested = claims.tested(shape)
+            tested = claimed_shapes.tested(shape)
             yield self.claim(beyond, tested, bounds, words, WITNESS, said, margin, rounding=rounding)
 
 

@@ -15,7 +15,7 @@ import oracles.reference
 from oracles import claims
 from oracles.answers import reference_answers, take
 from oracles.audit import audit
-from oracles.claims import is_fragile
+from oracles.claimed_shapes import is_fragile
 from oracles.engine import COLUMNS, WIDTH, Answers, Bound, Convention, Effective, Kind, Status, Tolerance
 from oracles.judge import Judge
 from oracles.outcome import Kind as Verdicts

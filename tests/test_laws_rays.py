@@ -13,7 +13,7 @@ import numpy as np
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from oracles.claims import past
+from oracles.claimed_shapes import past
 from oracles.growth import grown
 from refimpl import bounds, intersect, raycast
 from refimpl.pairs import TABLE

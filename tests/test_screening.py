@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from oracles import reference
 from oracles.answers import reference_answers, take
 from oracles.batch import Batch
-from oracles.claims import NEITHER, NOT_A_NUMBER, Questioned, moved_by
+from oracles.claimed_shapes import moved_by
+from oracles.claims import NEITHER, NOT_A_NUMBER, Questioned
 from oracles.draws import NumpyDraws
 from oracles.engine import COLUMNS, WIDTH, Answers, Array, Effective, Status
 from oracles.engine import Kind as Type
