@@ -21,7 +21,6 @@ from oracles.shrink import shrink
 from oracles.simplifications import simplifications
 from refimpl import AABB, Box, Composite, ConvexPolyhedron, Point, Sphere
 from tests.reference_engine import Reference
-from tests.sweeping_engines import Stepping
 from tests.test_shrink import Bench, findings
 from tests.wrong_engines import OffByAThousandth
 
@@ -91,9 +90,8 @@ def _cell(mutant: str) -> Cell:
         (OffByAThousandth, Cell(DISTANCE, Sphere, AABB)),
         (Farther, Cell(DISTANCE, Sphere, ConvexPolyhedron)),
         (MUTANTS["always-elastic"].engine, _cell("always-elastic")),
-        (Stepping, Cell(SWEEP, Sphere, Sphere)),
     ],
-    ids=["numbers", "corners", IMPACT, SWEEP],
+    ids=["numbers", "corners", IMPACT],
 )
 def test_findings_of_the_bulk_hunter_shrink_by_hypothesis_alone(
     engine: type[Engine], cell: Cell, monkeypatch: pytest.MonkeyPatch
