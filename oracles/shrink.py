@@ -46,7 +46,8 @@ KEPT = 3
 MOST_PATHS = 8
 """Paths that are tried from one scene to better ones."""
 DRAWN, MOST_DRAWN = 10, 60
-"""One try in so many is kept for Hypothesis, and no more than so many for a finding: it asks one scene at a time."""
+"""One try in so many is kept for Hypothesis, and no more than so many for a finding, for it asks one scene at a time;
+`LOST_AT_ONCE` where that may cost the engine."""
 
 
 def _drawing(tries: int) -> settings:
@@ -163,7 +164,8 @@ class _Search:
         if way[-1].key in self.exhausted:
             return
         allowed = tries_of_next(self._allowed() if tries is None else tries, self.searched)
-        self.kept, self.drawn = allowed // KEPT, min(allowed // DRAWN, MOST_DRAWN)
+        self.kept = allowed // KEPT
+        self.drawn = min(allowed // DRAWN, LOST_AT_ONCE if self.about.lost else MOST_DRAWN)
         self.about.tries = allowed - self.kept - self.drawn
         self.about.losses = MOST_LOST - MOST_LOST_AGAIN if self.searched else 0
         self.searched += 1
