@@ -244,9 +244,8 @@ class _Search:
             return found is not None and best.best_of([found]) is found
 
         left, self.about.tries = self.about.tries, self.drawn
-        with suppress(
-            NoSuchExample, Enough, Flaky
-        ):  # an engine may answer otherwise when asked again; what was found is known
+        # flaky: an engine may answer otherwise when asked again; what was found is known
+        with suppress(NoSuchExample, Enough, Flaky):
             find(simplifications(best.scene), is_better, settings=_drawing(self.drawn), random=Random(0))
         self.drawn, self.about.tries = self.about.tries, left
         return self._go_on(way)
